@@ -1,0 +1,41 @@
+"""newtonjax: a differentiable simulator of Newton's rings and other fringes of equal thickness."""
+
+from importlib import import_module
+from importlib.metadata import version
+
+# Exported lazily: the shell answers --help without importing JAX.
+_HOME = {
+    "Beam": "beams",
+    "Camera": "camera",
+    "Chebyshev": "methods",
+    "ClosedForm": "methods",
+    "Light": "light",
+    "Plan": "planning",
+    "Scene": "scene",
+    "Surface": "surfaces",
+    "Traced": "methods",
+    "air_wedge": "benches",
+    "choose_beams": "scene",
+    "cos_turns": "turns",
+    "enumerate_beams": "beams",
+    "load_scene": "files",
+    "newton_rings": "benches",
+    "opd": "rendering",
+    "plan": "planning",
+    "render": "rendering",
+    "save_scene": "files",
+    "sin_turns": "turns",
+}
+
+__all__ = sorted(_HOME)
+__version__ = version("newtonjax")
+
+
+def __getattr__(name: str):
+    if name not in _HOME:
+        raise AttributeError(f"module 'newtonjax' has no attribute {name!r}; it has {', '.join(__all__)}")
+    return getattr(import_module(f"newtonjax.{_HOME[name]}"), name)
+
+
+def __dir__():
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,65 @@
+"""The camera: which points of the screen are pixels, and what a photograph adds to an image."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Key, UInt8, UInt16
+
+from newtonjax.quantities import Scalar, Vector2, as_scalar, as_vector, finite, positive, require
+
+
+class Camera(eqx.Module):
+    """A grid of square pixels on the screen, and the noise of the sensor behind it.
+
+    - `shape`: (rows, columns). Static.
+    - `pixel_size`: distance of pixel centres on the screen [m].
+    - `centre_px`: (x, y) of the screen's origin in pixels, pixel centres at integers; None is the image's middle.
+    - `exposure`: photoelectrons that unit irradiance (the incident light's) puts into a pixel.
+    - `full_well`: photoelectrons at which a pixel saturates, the largest code.
+    - `read_noise`: standard deviation [photoelectrons].
+    - `bits`: 8 to 16, the depth of the code. Static.
+    """
+
+    shape: tuple[int, int] = eqx.field(static=True)
+    pixel_size: Scalar = eqx.field(converter=as_scalar)
+    centre_px: Vector2 | None = eqx.field(converter=lambda c: None if c is None else as_vector(c), default=None)
+    exposure: Scalar = eqx.field(converter=as_scalar, default=10_000.0)
+    full_well: Scalar = eqx.field(converter=as_scalar, default=12_000.0)
+    read_noise: Scalar = eqx.field(converter=as_scalar, default=5.0)
+    bits: int = eqx.field(static=True, default=8)
+
+    def __check_init__(self):
+        if len(self.shape) != 2 or min(self.shape) < 1:
+            raise ValueError(f"shape is {self.shape}; allowed: (rows, columns), both at least 1")
+        if not 8 <= self.bits <= 16:
+            raise ValueError(f"bits is {self.bits}; allowed: 8 to 16")
+        require("pixel_size", self.pixel_size, "a positive length in metres", positive)
+        require("exposure", self.exposure, "a positive number of photoelectrons", positive)
+        require("full_well", self.full_well, "a positive number of photoelectrons", positive)
+        require("read_noise", self.read_noise, "0 or more photoelectrons", lambda v: finite(v) and np.all(v >= 0))
+
+    def axes(self) -> tuple[Float[Array, " columns"], Float[Array, " rows"]]:
+        """Screen coordinates x of the columns and y of the rows [m]."""
+        rows, columns = self.shape
+        cx, cy = middle(self.shape) if self.centre_px is None else (self.centre_px[0], self.centre_px[1])
+        return (jnp.arange(columns) - cx) * self.pixel_size, (jnp.arange(rows) - cy) * self.pixel_size
+
+    def expose(
+        self, image: Float[Array | np.ndarray, "rows columns"], key: Key[Array, ""]
+    ) -> UInt8[Array, "rows columns"] | UInt16[Array, "rows columns"]:
+        """A photograph of an image: shot noise (Poisson), read noise (normal), saturation, and linear codes.
+
+        Returns uint8 for 8 bits, else uint16; code = round(electrons / full_well (2^bits - 1)), clipped.
+        """
+        shot, read = jax.random.split(key)
+        mean = jnp.clip(jnp.asarray(image) * self.exposure, 0.0)
+        electrons = jax.random.poisson(shot, mean) + self.read_noise * jax.random.normal(read, mean.shape)
+        top = 2**self.bits - 1
+        code = jnp.clip(jnp.round(electrons / self.full_well * top), 0, top)
+        return code.astype(jnp.uint8 if self.bits == 8 else jnp.uint16)
+
+
+def middle(shape: tuple[int, int]) -> tuple[float, float]:
+    """(x, y) of the middle of an image in pixels."""
+    return (shape[1] - 1) / 2, (shape[0] - 1) / 2

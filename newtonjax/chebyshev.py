@@ -1,0 +1,85 @@
+"""Smooth fields on a grid of Chebyshev nodes over an image, and their sum at every pixel."""
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+from numpy.polynomial.chebyshev import chebvander
+
+from newtonjax.camera import Camera
+from newtonjax.turns import cos_turns
+
+
+def nodes(count: int) -> np.ndarray:
+    """Chebyshev points of the first kind in [-1, 1], ascending."""
+    return -np.cos(np.pi * (np.arange(count) + 0.5) / count)
+
+
+def analysis(count: int) -> np.ndarray:
+    """The matrix that takes values at the nodes to Chebyshev coefficients (a discrete cosine transform)."""
+    order = np.arange(count)[:, None]
+    matrix = 2 / count * np.cos(order * np.arccos(nodes(count))[None])
+    matrix[0] /= 2
+    return matrix
+
+
+def basis(pixels: int, count: int) -> np.ndarray:
+    """T_0 … T_{count-1} [count, pixels] at pixel centres, the first and the last at -1 and 1.
+
+    A NumPy array, which becomes a constant: computed in the kernel it would be fused into every pixel.
+    """
+    return chebvander((2 * np.arange(pixels) - (pixels - 1)) / max(pixels - 1, 1), count - 1).T.copy()
+
+
+def node_points(camera: Camera, count: int) -> Float[Array, "n 2"]:
+    """Screen points [m] of the grid of nodes over the image, row by row."""
+    x, y = camera.axes()
+    at = jnp.asarray(nodes(count))
+
+    def spread(axis):
+        return (axis[-1] + axis[0]) / 2 + at * (axis[-1] - axis[0]) / 2
+
+    grid_y, grid_x = jnp.meshgrid(spread(y), spread(x), indexing="ij")
+    return jnp.stack([grid_x.ravel(), grid_y.ravel()], axis=1)
+
+
+def coefficients(values: Float[Array, "... n"]) -> Float[Array, "... count count"]:
+    """Chebyshev coefficients [..., in y, in x] of fields given at the nodes (row by row)."""
+    count = round(values.shape[-1] ** 0.5)
+    grid = values.reshape(*values.shape[:-1], count, count)
+    matrix = jnp.asarray(analysis(count), dtype=values.dtype)
+    return jnp.einsum("ki,...ij,lj->...kl", matrix, grid, matrix, precision="highest")
+
+
+def shells(coefficients: Float[Array, "... count count"]) -> Float[Array, "... count"]:
+    """Sum of absolute coefficients by the larger of their two degrees."""
+    count = coefficients.shape[-1]
+    degree = np.maximum.outer(np.arange(count), np.arange(count))
+    return jnp.stack([jnp.abs(coefficients * (degree == k)).sum(axis=(-2, -1)) for k in range(count)], axis=-1)
+
+
+def expand(coefficients: Float[Array, "fields count count"], shape: tuple[int, int]) -> list[Float[Array, "..."]]:
+    """The fields at every pixel, written as sums over x-degrees that fuse into whatever uses them.
+
+    Interpolating in y first leaves one short polynomial in x per row. Summed term by term it is never stored, which a
+    matrix product would be: at 1024 x 1024 that is three times faster.
+    """
+    count = coefficients.shape[-1]
+    along_y, along_x = (jnp.asarray(basis(n, count), dtype=coefficients.dtype) for n in shape)
+    rows = jnp.einsum("fkl,kh->flh", coefficients, along_y, precision="highest")
+
+    def at_pixels(row):
+        total = row[0][:, None] * along_x[0][None]
+        for degree in range(1, count):
+            total = total + row[degree][:, None] * along_x[degree][None]
+        return total
+
+    return [at_pixels(row) for row in rows]
+
+
+def image(background: Array, modulus: Array, phase: Array, shape: tuple[int, int]) -> Float[Array, "rows columns"]:
+    """I = background + Σ modulus cos 2π phase at every pixel, from the fields' values at the nodes."""
+    values = jnp.concatenate([background[None], modulus, phase])
+    total, *rest = expand(coefficients(values), shape)
+    for size, turns in zip(rest[: len(modulus)], rest[len(modulus) :], strict=True):
+        total = total + size * cos_turns(turns)
+    return total

@@ -1,0 +1,91 @@
+"""Smooth fields of a scene at points of the screen: background, fringe envelopes and phases."""
+
+from itertools import combinations
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Complex, Float
+
+from newtonjax.aim import Arrival, arrive
+from newtonjax.beams import itinerary
+from newtonjax.scene import Scene
+from newtonjax.trace import gather
+from newtonjax.turns import cos_turns, sin_turns
+
+
+class Fields(NamedTuple):
+    """I = background + Σ_pairs Re[envelope e^{2πi phase}], all smooth.
+
+    The background is the sum of the beams' irradiances; a pair of beams (j, k) has the envelope 2 E_k·E_j* (summed
+    over polarizations), and the phase, in turns, is by how much beam k is behind beam j. `rounding` bounds the
+    phase's error [turns] from the rounding of the optical paths, which are far longer than their difference.
+    """
+
+    background: Float[Array, "..."]
+    envelope: Complex[Array, "pairs ..."]
+    phase: Float[Array, "pairs ..."]
+    rounding: Float[Array, "..."]
+    arrives: Bool[Array, "..."]
+
+
+def pairs(scene: Scene) -> tuple[tuple[int, int], ...]:
+    """Indices of the beams that interfere two by two, the beam with more gap crossings second."""
+    lengths = [len(itinerary(word, len(scene.surfaces)).surface) for word in scene.beams]
+    both = combinations(range(len(lengths)), 2)
+    return tuple((j, k) if lengths[j] <= lengths[k] else (k, j) for j, k in both)
+
+
+def arrivals(scene: Scene, points: Float[Array, "n 2"]) -> Arrival:
+    """Every beam at every point of the screen [beams, n]; points in metres."""
+    routes, setting = gather(scene)
+    at_points = jax.vmap(arrive, in_axes=(None, None, 0))
+    return jax.vmap(at_points, in_axes=(0, None, None))(routes, setting, jnp.asarray(points))
+
+
+def fields_at(scene: Scene, points: Float[Array, "n 2"]) -> Fields:
+    """The fields of a scene at points of its screen [m], every ray traced."""
+    beams = arrivals(scene, points)
+    both = np.array(pairs(scene), dtype=int).reshape(-1, 2)
+    first, second = both[:, 0], both[:, 1]
+    path = (beams.path[second] - beams.path[first]) / scene.wavelength
+    longest = jnp.abs(beams.path).max(axis=0) / scene.wavelength
+    return Fields(
+        background=jnp.sum(jnp.abs(beams.field) ** 2, axis=(0, 2, 3)),
+        envelope=2 * jnp.sum(beams.field[second] * jnp.conj(beams.field[first]), axis=(2, 3)),
+        phase=path - (beams.quarter_turns[second] - beams.quarter_turns[first]) / 4,
+        rounding=jax.lax.stop_gradient(8 * jnp.finfo(longest.dtype).eps * longest),
+        arrives=beams.arrives.all(axis=0),
+    )
+
+
+def opd_at(scene: Scene, points: Float[Array, "n 2"]) -> Float[Array, " n"]:
+    """Optical path difference of a scene's two beams at points of its screen [m]."""
+    beams = arrivals(scene, points)
+    ((first, second),) = pairs(scene)
+    return beams.path[second] - beams.path[first]
+
+
+def intensity(fields: Fields) -> Float[Array, "..."]:
+    """The irradiance that the fields make, over the incident one."""
+    fringes = fields.envelope.real * cos_turns(fields.phase) - fields.envelope.imag * sin_turns(fields.phase)
+    return fields.background + fringes.sum(axis=0)
+
+
+def polar(fields: Fields) -> tuple[Float[Array, "pairs ..."], Float[Array, "pairs ..."]]:
+    """Signed modulus A and phase φ [turns] per pair with I = background + Σ A cos 2πφ, smooth where A changes sign.
+
+    The envelope is turned to be nearly real by the argument of its largest value; what angle is left enters the phase
+    through the arctangent of its slope. An envelope that circles zero has no smooth polar form: its coefficients then
+    decay slowly, which the error estimate sees.
+    """
+    flat = fields.envelope.reshape(len(fields.envelope), -1)
+    largest = jnp.take_along_axis(flat, jnp.abs(flat).argmax(axis=1)[:, None], axis=1)
+    size = jnp.abs(largest)
+    unit = jax.lax.stop_gradient(jnp.where(size > 0, largest / jnp.where(size > 0, size, 1.0), 1.0))
+    unit = unit.reshape(-1, *[1] * (fields.envelope.ndim - 1))
+    turned = fields.envelope * jnp.conj(unit)
+    slope = turned.imag / jnp.where(turned.real == 0, 1.0, turned.real)
+    angle = (jnp.angle(unit) + jnp.arctan(slope)) / (2 * jnp.pi)
+    return turned.real * jnp.sqrt(1 + slope * slope), fields.phase + angle

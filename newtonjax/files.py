@@ -1,0 +1,185 @@
+"""Scenes and cameras in TOML files: SI floats, every field checked, nothing rounded."""
+
+import tomllib
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import tomli_w
+
+from newtonjax import benches
+from newtonjax.camera import Camera
+from newtonjax.light import Light
+from newtonjax.scene import Scene
+from newtonjax.surfaces import Surface
+
+Three = tuple[float, float, float]
+Two = tuple[float, float]
+Positive = Annotated[float, msgspec.Meta(gt=0)]
+Pixels = Annotated[int, msgspec.Meta(ge=1)]
+
+
+class SurfaceTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """One surface, or the screen: curvature [1/m], vertex [m], tilt [rad]."""
+
+    curvature: float = 0.0
+    vertex: Three = (0.0, 0.0, 0.0)
+    tilt: Two = (0.0, 0.0)
+
+
+class LightTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """The source: vacuum wavelength [m], tilt [rad], angle of polarization [rad] or absent."""
+
+    wavelength: Positive
+    tilt: Two = (0.0, 0.0)
+    polarization: float | None = None
+
+
+class CameraTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """The camera: shape [rows, columns], pixel_size [m], and the rest of `Camera`."""
+
+    shape: tuple[Pixels, Pixels]
+    pixel_size: Positive
+    centre_px: Two | None = None
+    exposure: Positive = 10_000.0
+    full_well: Positive = 12_000.0
+    read_noise: Annotated[float, msgspec.Meta(ge=0)] = 5.0
+    bits: Annotated[int, msgspec.Meta(ge=8, le=16)] = 8
+
+
+class RingsTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """A ready bench: the arguments of `newton_rings`."""
+
+    radius: float = 1.0
+    wavelength: Positive = 589.3e-9
+    gap: float = 0.0
+    view: str = "transmitted"
+    screen: float | str = 1e-3
+    index: Positive = 1.5
+    plate_index: Positive = 1.5
+    gap_index: Positive = 1.0
+    ambient_index: Positive = 1.0
+    lens_thickness: Positive = 5e-3
+    plate_thickness: Positive = 5e-3
+    lens_tilt: Two = (0.0, 0.0)
+    plate_tilt: Two = (0.0, 0.0)
+    light_tilt: Two = (0.0, 0.0)
+    polarization: float | None = None
+    beams: tuple[str, ...] | None = None
+
+
+class WedgeTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """A ready bench: the arguments of `air_wedge`."""
+
+    angle: float = 1e-4
+    wavelength: Positive = 589.3e-9
+    gap: float = 0.0
+    view: str = "reflected"
+    screen: float | str = 1e-3
+    index: Positive = 1.5
+    gap_index: Positive = 1.0
+    ambient_index: Positive = 1.0
+    thickness: Positive = 5e-3
+    light_tilt: Two = (0.0, 0.0)
+    polarization: float | None = None
+    beams: tuple[str, ...] | None = None
+
+
+class SceneFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """A file: a ready bench, or surfaces with media, light, screen and beams; and a camera beside it."""
+
+    newton_rings: RingsTable | None = None
+    air_wedge: WedgeTable | None = None
+    surfaces: tuple[SurfaceTable, ...] | None = None
+    media: tuple[Positive, ...] | None = None
+    beams: tuple[str, ...] | None = None
+    light: LightTable | None = None
+    screen: SurfaceTable | None = None
+    camera: CameraTable | None = None
+
+
+_BY_HAND = ("surfaces", "media", "beams", "light", "screen")
+
+
+def load_scene(path: str | Path) -> tuple[Scene, Camera | None]:
+    """The scene in a TOML file, and the camera if it has one.
+
+    Raises FileNotFoundError, and ValueError with the file, the field, the value and what is allowed.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileNotFoundError(f"{path} is no file; give the path of a scene in TOML (see docs/scene.toml)")
+    try:
+        table = msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), SceneFile)
+        return _scene(table), _camera(table.camera)
+    except (ValueError, tomllib.TOMLDecodeError) as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _scene(table: SceneFile) -> Scene:
+    by_hand = [name for name in _BY_HAND if getattr(table, name) is not None]
+    ready = [name for name in ("newton_rings", "air_wedge") if getattr(table, name) is not None]
+    if len(ready) + bool(by_hand) != 1:
+        given = ", ".join(ready + by_hand) or "neither"
+        raise ValueError(
+            f"the file holds {given}; allowed: one of [newton_rings], [air_wedge], or {', '.join(_BY_HAND)} together"
+        )
+    if ready:
+        arguments = msgspec.structs.asdict(getattr(table, ready[0]))
+        return getattr(benches, ready[0])(**arguments)
+    if len(by_hand) < len(_BY_HAND):
+        raise ValueError(
+            f"{', '.join(set(_BY_HAND) - set(by_hand))} missing; a scene by hand takes {', '.join(_BY_HAND)}"
+        )
+    return Scene(
+        surfaces=tuple(Surface(s.curvature, s.vertex, s.tilt) for s in table.surfaces or ()),
+        media=table.media,
+        light=Light(**msgspec.structs.asdict(table.light)),
+        screen=Surface(**msgspec.structs.asdict(table.screen)),
+        beams=table.beams or (),
+    )
+
+
+def _camera(table: CameraTable | None) -> Camera | None:
+    return None if table is None else Camera(**msgspec.structs.asdict(table))
+
+
+def save_scene(path: str | Path, scene: Scene, camera: Camera | None = None) -> None:
+    """Write a scene, surface by surface, and a camera to a TOML file; `load_scene` gives back the same numbers.
+
+    Raises FileExistsError where the file is there already.
+    """
+    path = Path(path)
+
+    def surface(s: Surface) -> SurfaceTable:
+        return SurfaceTable(float(s.curvature), _floats(s.vertex), _floats(s.tilt))
+
+    light = scene.light
+    polarization = None if light.polarization is None else float(light.polarization)
+    table = SceneFile(
+        surfaces=tuple(map(surface, scene.surfaces)),
+        media=_floats(scene.media),
+        beams=scene.beams,
+        light=LightTable(float(light.wavelength), _floats(light.tilt), polarization),
+        screen=surface(scene.screen),
+        camera=None if camera is None else _camera_table(camera),
+    )
+    text = tomli_w.dumps(_without_none(msgspec.to_builtins(table)))
+    with path.open("x", encoding="utf-8") as file:
+        file.write(text)
+
+
+def _camera_table(camera: Camera) -> CameraTable:
+    centre = None if camera.centre_px is None else _floats(camera.centre_px)
+    numbers = (float(n) for n in (camera.exposure, camera.full_well, camera.read_noise))
+    return CameraTable(camera.shape, float(camera.pixel_size), centre, *numbers, camera.bits)
+
+
+def _floats(values) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)
+
+
+def _without_none(tree):
+    if isinstance(tree, dict):
+        return {key: _without_none(value) for key, value in tree.items() if value is not None}
+    return tree

@@ -1,0 +1,125 @@
+"""The gap between two facing surfaces: thickness, and the fringes of equal thickness that it makes."""
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from newtonjax.beams import itinerary
+from newtonjax.fields import Fields
+from newtonjax.fresnel import amplitudes
+from newtonjax.quantities import is_concrete
+from newtonjax.scene import Scene
+from newtonjax.surfaces import Surface, frame, sag
+
+
+def gap_of(scene: Scene) -> int | None:
+    """The surface above the gap in which the scene's two beams differ by one round trip, or None."""
+    if len(scene.beams) != 2:
+        return None
+    short, long = sorted(scene.beams, key=len)
+    for upper in range(len(scene.surfaces) - 1):
+        once = f"T{upper} T{upper + 1}"
+        if (
+            scene.view == "transmitted"
+            and "R" not in short
+            and long == short.replace(once, f"T{upper} R{upper + 1} R{upper} T{upper + 1}")
+        ):
+            return upper
+        if (
+            scene.view == "reflected"
+            and long == short.replace(f"R{upper}", f"T{upper} R{upper + 1} T{upper}")
+            and short.count("R") == 1
+        ):
+            return upper
+    return None
+
+
+def height(surface: Surface, x: Float[Array, "..."], y: Float[Array, "..."]) -> Float[Array, "..."]:
+    """Z of a surface over the point (x, y) [m]: an upright sphere, or a plane of any tilt.
+
+    The exact sphere where it has a curvature that is traced or not 0; a plane costs no square root.
+    """
+    vertex = surface.vertex
+    dx, dy = x - vertex[0], y - vertex[1]
+    axis = frame(surface.tilt)[2]
+    plane = vertex[2] - (axis[0] * dx + axis[1] * dy) / axis[2]
+    if is_concrete(surface.curvature) and np.all(np.asarray(surface.curvature) == 0):
+        return plane
+    return plane + sag(surface.curvature, dx * dx + dy * dy)
+
+
+def gap_opd(scene: Scene, x: Float[Array, "..."], y: Float[Array, "..."]) -> Float[Array, "..."]:
+    """2 n t(x, y): the round trip through the gap along z [m]."""
+    upper = gap_of(scene)
+    above, below = scene.surfaces[upper], scene.surfaces[upper + 1]
+    return 2 * scene.media[upper + 1] * (height(above, x, y) - height(below, x, y))
+
+
+def axis_amplitude(scene: Scene, word: str) -> Float[Array, ""]:
+    """Amplitude of a beam at normal incidence, its square the flux over the launched one.
+
+    A transmitted beam's sqrt(T) is sqrt(1 - r²), written 2 sqrt(n1 n2) / (n1 + n2).
+    """
+    path = itinerary(word, len(scene.surfaces))
+    total = jnp.ones(())
+    for action, before, beyond in zip(path.action, path.before, path.beyond, strict=True):
+        n1, n2 = scene.media[before], scene.media[beyond]
+        r_s, _, t_s, _ = amplitudes(n1, n2, 1.0, 1.0)
+        total = total * (r_s if action else t_s * jnp.sqrt(n2 / n1))
+    return total
+
+
+def closed_fields(scene: Scene, x: Float[Array, "..."], y: Float[Array, "..."]) -> Fields:
+    """The fields of equal-thickness fringes at points (x, y) of the gap [m]; constant amplitudes."""
+    short, long = (axis_amplitude(scene, word) for word in sorted(scene.beams, key=len))
+    phase = gap_opd(scene, x, y) / scene.wavelength
+    ones = jnp.ones((1,) * phase.ndim)
+    return Fields(
+        background=(short**2 + long**2) * ones,
+        envelope=(2 * short * long + 0j) * ones[None],
+        phase=phase[None],
+        rounding=jnp.zeros_like(ones),
+        arrives=ones > 0,
+    )
+
+
+def focus_height(scene: Scene, upper: int) -> Float[Array, ""]:
+    """Z of the plane in which the viewer sees the face under the gap: its paraxial image on the viewer's side.
+
+    Imaged through every surface on the way by n'/s' = n/s + (n' - n) c, distances counted along the light.
+    """
+    down = scene.view == "transmitted"
+    object_z = scene.surfaces[upper + 1].vertex[2]
+    way = range(upper + 2, len(scene.surfaces)) if down else range(upper, -1, -1)
+    sign = -1.0 if down else 1.0
+    for k in way:
+        surface = scene.surfaces[k]
+        n1, n2 = (scene.media[k], scene.media[k + 1]) if down else (scene.media[k + 1], scene.media[k])
+        s = sign * (object_z - surface.vertex[2])
+        image = n2 * s / (n1 + (n2 - n1) * sign * surface.curvature * s)
+        object_z = surface.vertex[2] + sign * image
+    return object_z
+
+
+def why_not_closed(scene: Scene) -> str:
+    """The part of a scene for which 2 n t is not the path difference; empty where it is. Traced values pass."""
+    upper = gap_of(scene)
+    if upper is None:
+        return f"beams {', '.join(map(repr, scene.beams))}: it takes two that differ by one round trip in one gap"
+    if _nonzero(scene.light.tilt):
+        return "light.tilt: it takes light along -z"
+    for k, surface in enumerate(scene.surfaces):
+        curved = not is_concrete(surface.curvature) or bool(np.any(np.asarray(surface.curvature) != 0))
+        if curved and _nonzero(surface.tilt):
+            return f"surfaces[{k}].tilt: it takes upright spheres"
+    if _nonzero(scene.screen.tilt):
+        return "screen.tilt: it takes an upright screen"
+    if is_concrete(scene):
+        z, focus = scene.screen.vertex[2], focus_height(scene, upper)
+        if np.any(np.abs(z - focus) > 1e-9 + 1e-9 * np.abs(focus)):
+            return f"screen at z = {float(z):.6g} m: it takes one focused on the gap (z = {float(focus):.6g} m, screen='gap')"
+    return ""
+
+
+def _nonzero(value) -> bool:
+    return is_concrete(value) and bool(np.any(np.asarray(value) != 0))

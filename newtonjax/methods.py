@@ -1,0 +1,164 @@
+"""How an image is computed: at every pixel, on Chebyshev nodes, or by the closed form of the gap."""
+
+import abc
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from newtonjax import chebyshev
+from newtonjax.camera import Camera
+from newtonjax.fields import Fields, fields_at, intensity, opd_at, polar
+from newtonjax.gap import closed_fields, gap_opd, why_not_closed
+from newtonjax.scene import Scene
+
+
+class ErrorEstimate(NamedTuple):
+    """Bounds of a method's error: phase [turns], and intensity over the image's largest intensity."""
+
+    phase: Float[Array, ""]
+    intensity: Float[Array, ""]
+
+
+class AbstractMethod(eqx.Module):
+    """A way to compute images. Immutable and hashable: it may be a static argument."""
+
+    @abc.abstractmethod
+    def check(self, scene: Scene) -> None:
+        """Raise ValueError, naming the part, where the method cannot honour a part of the scene."""
+
+    @abc.abstractmethod
+    def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
+        """Irradiance at every pixel over the incident one."""
+
+    @abc.abstractmethod
+    def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
+        """Optical path difference of the scene's two beams at every pixel [m]."""
+
+
+def _check_two_beams(scene: Scene) -> None:
+    if len(scene.beams) != 2:
+        raise ValueError(f"a path difference is between two beams; this scene has {len(scene.beams)}")
+
+
+class Traced(AbstractMethod):
+    """Rays aimed and traced at every pixel: the reference, and the way where fields are not smooth.
+
+    A beam adds nothing to a pixel where none of its rays lands. Works `chunk` pixels at a time, in constant memory.
+    """
+
+    chunk: int = eqx.field(static=True, default=16384)
+
+    def check(self, scene: Scene) -> None:
+        """Every scene is honoured."""
+
+    def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
+        return self._map(lambda points: intensity(fields_at(scene, points)), camera)
+
+    def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
+        _check_two_beams(scene)
+        return self._map(lambda points: opd_at(scene, points), camera)
+
+    def _map(self, function, camera: Camera):
+        x, y = camera.axes()
+        rows, columns = camera.shape
+        count = min(self.chunk, rows * columns)
+        chunks = -(-rows * columns // count)
+
+        def block(start):
+            pixel = jnp.minimum(start + jnp.arange(count), rows * columns - 1)
+            return function(jnp.stack([x[pixel % columns], y[pixel // columns]], axis=1))
+
+        flat = jax.lax.map(block, jnp.arange(chunks) * count)
+        return flat.ravel()[: rows * columns].reshape(rows, columns)
+
+
+class Chebyshev(AbstractMethod):
+    """Rays traced at `nodes` x `nodes` Chebyshev points of the image, smooth fields in between.
+
+    For fields without edges: every beam must reach every node.
+    """
+
+    nodes: int = eqx.field(static=True, default=17)
+
+    def __check_init__(self):
+        if not 2 <= self.nodes <= 129:
+            raise ValueError(f"nodes is {self.nodes}; allowed: 2 to 129 to a side")
+
+    def check(self, scene: Scene) -> None:
+        """Every part of a scene is honoured; `error` tells how well, and `arrives` whether at all."""
+
+    def fields(self, scene: Scene, camera: Camera) -> Fields:
+        """The fields at the nodes (row by row)."""
+        return fields_at(scene, chebyshev.node_points(camera, self.nodes))
+
+    def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
+        fields = self.fields(scene, camera)
+        return chebyshev.image(fields.background, *polar(fields), camera.shape)
+
+    def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
+        _check_two_beams(scene)
+        values = opd_at(scene, chebyshev.node_points(camera, self.nodes))
+        return chebyshev.expand(chebyshev.coefficients(values[None]), camera.shape)[0]
+
+    def error(self, scene: Scene, camera: Camera) -> ErrorEstimate:
+        """Bounds of this method's error from the decay of the coefficients. Infinite where a beam misses a node."""
+        return error_from_nodes(self.fields(scene, camera), self.nodes)
+
+
+def error_from_nodes(fields: Fields, count: int) -> ErrorEstimate:
+    """Error bounds of keeping `count` degrees to a side of fields known on at least as many nodes.
+
+    What is left out is at most what the two shells of coefficients next to the cut would grow to if they went on at
+    the rate at which shells decay there; folding back on fewer nodes doubles it (Trefethen 2013, Approximation Theory
+    and Approximation Practice, theorem 8.2). Two shells, since one of them vanishes in a symmetric field.
+    """
+    modulus, phase = polar(fields)
+
+    def rest(values):
+        shell = chebyshev.shells(chebyshev.coefficients(values))
+        edge = shell[..., count - 2] + shell[..., count - 1]
+        before = shell[..., max(count - 4, 0)] + shell[..., max(count - 3, 1)]
+        rate = jnp.minimum(edge / jnp.where(before > 0, before, 1.0), 0.9)
+        beyond = shell[..., count:].sum(axis=-1)
+        return 2 * jnp.maximum(edge * jnp.maximum(rate / (1 - rate), 0.1), beyond)
+
+    reached = fields.arrives.all()
+    phase_error = (rest(phase) + fields.rounding.max()).max(initial=0.0)
+    size = jnp.abs(modulus).max(axis=-1)
+    error = (
+        rest(fields.background)
+        + rest(modulus).sum()
+        + 2 * jnp.pi * (size * (rest(phase) + fields.rounding.max())).sum()
+    )
+    peak = fields.background.max() + size.sum()
+    return ErrorEstimate(
+        jnp.where(reached, phase_error, jnp.inf),
+        jnp.where(reached, error / jnp.where(peak > 0, peak, 1.0), jnp.inf),
+    )
+
+
+class ClosedForm(AbstractMethod):
+    """Fringes of equal thickness by formula: path difference 2 n t(x, y) of the gap at normal incidence.
+
+    For two beams that differ by one round trip in the gap, light along -z, and a screen focused on the gap; amplitudes
+    are those on the axis (Born and Wolf, Principles of Optics, section 7.5).
+    """
+
+    def check(self, scene: Scene) -> None:
+        reason = why_not_closed(scene)
+        if reason:
+            raise ValueError(f"ClosedForm cannot honour {reason}; use Chebyshev() or Traced()")
+
+    def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
+        x, y = camera.axes()
+        return intensity(closed_fields(scene, x[None, :], y[:, None]))
+
+    def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
+        x, y = camera.axes()
+        return jnp.broadcast_to(gap_opd(scene, x[None, :], y[:, None]), camera.shape)
+
+
+METHODS = {"closed-form": ClosedForm, "chebyshev": Chebyshev, "traced": Traced}

@@ -1,0 +1,131 @@
+"""Choosing a method: the cheapest whose predicted error stays within a tolerance."""
+
+from dataclasses import dataclass
+from functools import partial
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from newtonjax import chebyshev
+from newtonjax.camera import Camera
+from newtonjax.fields import Fields, arrivals, polar
+from newtonjax.gap import closed_fields, why_not_closed
+from newtonjax.methods import AbstractMethod, Chebyshev, ClosedForm, ErrorEstimate, Traced, error_from_nodes
+from newtonjax.precision import require_concrete, x64
+from newtonjax.scene import Scene
+
+_LADDER = (5, 6, 7, 9, 11, 13, 17, 21, 25, 29, 33)
+_COARSE, _FINE = 17, 33
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What `plan` decided.
+
+    - `method`: the method object for `render`.
+    - `scene`: the scene without the beams that cannot matter.
+    - `dropped`: their words.
+    - `phase_error`: bound [turns].
+    - `intensity_error`: bound, over the image's largest intensity, dropped beams included.
+    - `reason`: one sentence.
+    """
+
+    method: AbstractMethod
+    scene: Scene
+    dropped: tuple[str, ...]
+    phase_error: float
+    intensity_error: float
+    reason: str
+
+
+@partial(jax.jit, static_argnames="count")
+def _probe(scene: Scene, camera: Camera, count: int = _COARSE) -> Fields:
+    return Chebyshev(count).fields(scene, camera)
+
+
+@jax.jit
+def _amplitudes(scene: Scene, camera: Camera) -> Float[Array, " beams"]:
+    beams = arrivals(scene, chebyshev.node_points(camera, _COARSE))
+    return jnp.sqrt(jnp.sum(jnp.abs(beams.field) ** 2, axis=(2, 3)).max(axis=1))
+
+
+_error = jax.jit(error_from_nodes, static_argnums=1)
+
+
+def plan(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Plan:
+    """The cheapest method whose predicted largest intensity error, over the peak, is at most the tolerance.
+
+    Traces 17 x 17 (if need be 33 x 33) nodes: from the decay of their coefficients follows the error of every smaller
+    grid, and from the nodes themselves that of the closed form. Beams that together change no pixel by more than a
+    tenth of the tolerance are dropped.
+
+    Raises ValueError for a tolerance that is not positive, and for traced values, which have no error to compare.
+    """
+    require_concrete("plan", scene, camera)
+    if not 0 < tolerance < np.inf:
+        raise ValueError(f"tolerance is {tolerance}; allowed: a positive number, such as 1e-3")
+    with x64():
+        kept, lost = _strong_beams(scene, camera, 0.1 * tolerance)
+        dropped = tuple(word for word in scene.beams if word not in kept.beams)
+        fields = _probe(kept, camera)
+        if not np.all(fields.arrives):
+            return Plan(
+                Traced(), kept, dropped, _rounding(fields), lost + 1e-9, "not every beam reaches the whole image"
+            )
+        closed = _closed_error(kept, camera, fields)
+        if closed is not None and closed.intensity + lost <= tolerance:
+            return Plan(
+                ClosedForm(), kept, dropped, closed.phase, closed.intensity + lost, "the screen is focused on the gap"
+            )
+        for finest in (_COARSE, _FINE):
+            fields = _probe(kept, camera, finest)
+            if not np.all(fields.arrives):
+                break
+            for count in (n for n in _LADDER if n <= finest):
+                error = ErrorEstimate(*map(float, _error(fields, count)))
+                if error.intensity + lost <= tolerance:
+                    reason = f"the fields are smooth: {count} x {count} nodes resolve them"
+                    return Plan(Chebyshev(count), kept, dropped, error.phase, error.intensity + lost, reason)
+        return Plan(
+            Traced(), kept, dropped, _rounding(fields), lost + 1e-9, "the fields are not smooth enough for nodes"
+        )
+
+
+def _rounding(fields: Fields) -> float:
+    return float(np.max(fields.rounding))
+
+
+def _strong_beams(scene: Scene, camera: Camera, allowance: float) -> tuple[Scene, float]:
+    """Drop the weakest beams while all that they add stays within the allowance; what they may add over the peak."""
+    if len(scene.beams) <= 2:
+        return scene, 0.0
+    amplitude = np.asarray(_amplitudes(scene, camera))
+    peak = float((amplitude**2).sum())
+    order = np.argsort(amplitude)
+    total, dropped, lost = amplitude.sum(), [], 0.0
+    for k in order[:-1]:
+        change = 2 * amplitude[[*dropped, k]].sum() * total / peak
+        if change > allowance:
+            break
+        dropped.append(k)
+        lost = float(change)
+    words = tuple(word for k, word in enumerate(scene.beams) if k not in dropped)
+    return eqx.tree_at(lambda s: s.beams, scene, words, is_leaf=lambda x: x is scene.beams), lost
+
+
+def _closed_error(scene: Scene, camera: Camera, traced: Fields) -> ErrorEstimate | None:
+    """The closed form's error at the nodes, where the traced fields are known; half as much again in between."""
+    if why_not_closed(scene):
+        return None
+    points = chebyshev.node_points(camera, _COARSE)
+    closed = closed_fields(scene, points[:, 0], points[:, 1])
+    (size, phase), (true_size, true_phase) = polar(closed), polar(traced)
+    wrong = jnp.abs(phase - true_phase)
+    wrong = jnp.abs(wrong - jnp.round(wrong))
+    error = jnp.abs(closed.background - traced.background) + jnp.abs(jnp.abs(size) - jnp.abs(true_size))[0]
+    error = error + 2 * jnp.pi * (wrong * jnp.abs(true_size))[0]
+    peak = traced.background.max() + jnp.abs(true_size).max()
+    return ErrorEstimate(1.5 * float(wrong.max()), 1.5 * float(error.max() / peak))

@@ -1,0 +1,65 @@
+"""What a number may be: a Python float, a NumPy or JAX array, or a traced value."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+Scalar = float | int | np.floating | Float[Array | np.ndarray, ""] | Int[Array | np.ndarray, ""]
+Vector2 = tuple[Scalar, Scalar] | Float[Array | np.ndarray, "2"]
+Vector3 = tuple[Scalar, Scalar, Scalar] | Float[Array | np.ndarray, "3"]
+
+
+def is_concrete(*trees) -> bool:
+    """True when no leaf of the trees is being traced by a JAX transformation."""
+    return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(trees))
+
+
+def namespace(*trees):
+    """NumPy for concrete values, which keeps float64 whatever JAX's setting; jax.numpy for traced ones."""
+    return np if is_concrete(*trees) else jnp
+
+
+def as_scalar(value):
+    """A leaf for one number: a concrete one becomes a Python float, which no x64 setting can round."""
+    return value if isinstance(value, jax.Array) and not is_concrete(value) else _unwrap(value)
+
+
+def _unwrap(value):
+    # A batch of scenes has arrays where one scene has numbers: those pass through.
+    return float(value) if np.ndim(value) == 0 else value
+
+
+def as_vector(values):
+    """A leaf for a few numbers: NumPy float64 when concrete, a JAX array when traced."""
+    if isinstance(values, jax.Array):
+        return values if not is_concrete(values) else np.asarray(values, dtype=np.float64)
+    if is_concrete(values):
+        return np.asarray(values, dtype=np.float64) if _numeric(values) else values
+    return jnp.stack([jnp.asarray(value, dtype=float) for value in values])
+
+
+def _numeric(values) -> bool:
+    # Transformations rebuild modules with placeholder leaves (None, object()): those pass through.
+    try:
+        np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        return False
+    return True
+
+
+def require(name: str, value, allowed: str, test) -> None:
+    """Raise ValueError when a concrete value fails its test; a traced one passes."""
+    if not is_concrete(value):
+        return
+    given = np.asarray(value, dtype=np.float64)
+    if not np.all(test(given)):
+        raise ValueError(f"{name} is {value}; allowed: {allowed}")
+
+
+def finite(value) -> bool:
+    return bool(np.all(np.isfinite(value)))
+
+
+def positive(value) -> bool:
+    return bool(np.all(np.isfinite(value) & (value > 0)))

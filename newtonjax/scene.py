@@ -1,0 +1,97 @@
+"""A scene: a stack of surfaces and media, its light, the screen, and the beams that are followed."""
+
+import equinox as eqx
+import numpy as np
+
+from newtonjax.beams import Beam, enumerate_beams, itinerary
+from newtonjax.light import Light
+from newtonjax.quantities import Scalar, as_vector, is_concrete, positive, require
+from newtonjax.surfaces import Surface
+
+
+class Scene(eqx.Module):
+    """What light meets. Every number in it may be traced, differentiated and batched.
+
+    - `surfaces`: in the order in which the light first meets them; it falls along -z.
+    - `media`: refractive indices (real), one more than surfaces: `media[k]` lies before surface k.
+    - `light`: the source.
+    - `screen`: the plane on which the image is taken, a `Surface` of curvature 0 whose turned x and y directions are
+      the image's. It may be virtual (a plane inside the stack seen through the glass): rays are drawn back to it.
+    - `beams`: words (see `newtonjax.beams`) of the beams that meet on the screen. Static.
+    """
+
+    surfaces: tuple[Surface, ...]
+    media: np.ndarray = eqx.field(converter=as_vector)
+    light: Light
+    screen: Surface
+    beams: tuple[str, ...] = eqx.field(static=True)
+
+    def __check_init__(self):
+        if np.ndim(self.media) and len(self.media) != len(self.surfaces) + 1:
+            raise ValueError(
+                f"media has {len(self.media)} refractive indices for {len(self.surfaces)} surfaces; "
+                "allowed: one more than there are surfaces"
+            )
+        if not self.beams:
+            raise ValueError("beams is empty; allowed: at least one word such as 'T0 T1 T2 T3'")
+        if len(set(self.beams)) < len(self.beams):
+            raise ValueError(f"beams {self.beams} holds a word twice; each beam may be named once")
+        views = {itinerary(word, len(self.surfaces)).view for word in self.beams}
+        if len(views) > 1:
+            raise ValueError(f"beams {self.beams} leave on both sides; one screen sees one side only")
+        require("media", self.media, "positive refractive indices", positive)
+        if is_concrete(self.screen.curvature) and np.any(np.asarray(self.screen.curvature) != 0):
+            raise ValueError(f"screen.curvature is {self.screen.curvature}; allowed: 0, the screen is a plane")
+
+    @property
+    def view(self) -> str:
+        """The side on which the screen stands: "transmitted" or "reflected"."""
+        return itinerary(self.beams[0], len(self.surfaces)).view
+
+    @property
+    def wavelength(self) -> Scalar:
+        """The vacuum wavelength [m]."""
+        return self.light.wavelength
+
+
+def choose_beams(
+    scene: Scene,
+    *,
+    number: int | None = None,
+    energy: float | None = None,
+    names: tuple[str, ...] | None = None,
+    reflections: int = 3,
+) -> Scene:
+    """The scene with other beams, chosen among all with at most so many reflections, on its own side.
+
+    Exactly one choice: the `number` strongest, all of at least an `energy` (fraction of the incident flux on the
+    axis), or by `names` ("direct", "R2-R1") or whole words.
+
+    Raises ValueError for another number of choices, for an unknown name, for none left, and where the media are
+    traced but the choice needs their values.
+    """
+    if sum(choice is not None for choice in (number, energy, names)) != 1:
+        raise ValueError("choose_beams takes exactly one of number, energy and names")
+    if not is_concrete(scene.media):
+        raise ValueError("the media are traced, so that beam energies have no value yet; choose the beams outside")
+    found = enumerate_beams(scene.media, scene.view, reflections)
+    if number is not None:
+        chosen = found[:number]
+    elif energy is not None:
+        chosen = tuple(beam for beam in found if beam.energy >= energy)
+    else:
+        chosen = tuple(_named(name, found) for name in names or ())
+    if not chosen:
+        raise ValueError(f"no beam is left of {len(found)}; the strongest has energy {found[0].energy:.3g}")
+    return eqx.tree_at(
+        lambda s: s.beams, scene, tuple(beam.word for beam in chosen), is_leaf=lambda x: x is scene.beams
+    )
+
+
+def _named(name: str, found: tuple[Beam, ...]) -> Beam:
+    matches = [beam for beam in found if name in (beam.name, beam.word)]
+    if len(matches) != 1:
+        known = ", ".join(beam.name for beam in found[:8])
+        what = "is unknown" if not matches else "is the name of several beams: give the whole word"
+        raise ValueError(f"beam {name!r} {what}; the strongest are {known}")
+    return matches[0]

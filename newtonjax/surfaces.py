@@ -1,0 +1,71 @@
+"""Spherical and plane surfaces: one type, curvature 0 is the plane."""
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float
+
+from newtonjax.quantities import Scalar, Vector2, Vector3, as_scalar, as_vector, namespace
+
+
+class Surface(eqx.Module):
+    """A sphere of given curvature through its vertex, or a plane where the curvature is 0.
+
+    The axis is +z turned by `tilt` about the vertex, first about x, then about y; the sag rises along the axis
+    for a positive curvature: sag(r) = c r² / (1 + sqrt(1 - c² r²)).
+
+    - `curvature`: 1/radius [1/m], positive where the centre lies on the +z side.
+    - `vertex`: (x, y, z) [m].
+    - `tilt`: rotations about x and y [rad].
+    """
+
+    curvature: Scalar = eqx.field(converter=as_scalar, default=0.0)
+    vertex: Vector3 = eqx.field(converter=as_vector, default=(0.0, 0.0, 0.0))
+    tilt: Vector2 = eqx.field(converter=as_vector, default=(0.0, 0.0))
+
+
+def frame(tilt) -> tuple[Float[Array, "3"], Float[Array, "3"], Float[Array, "3"]]:
+    """The turned x, y and z directions: R_y(tilt[1]) R_x(tilt[0]) applied to the unit vectors."""
+    xp = namespace(tilt)
+    sx, cx, sy, cy = xp.sin(tilt[0]), xp.cos(tilt[0]), xp.sin(tilt[1]), xp.cos(tilt[1])
+    return (
+        xp.stack([cy, xp.zeros_like(sx), -sy]),
+        xp.stack([sx * sy, cx, sx * cy]),
+        xp.stack([cx * sy, -sx, cx * cy]),
+    )
+
+
+def dot(a: Float[Array, "3"], b: Float[Array, "3"]) -> Float[Array, ""]:
+    """A · b, written out so that it fuses with its neighbours."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def intersect(
+    curvature, axis: Float[Array, "3"], origin: Float[Array, "3"], direction: Float[Array, "3"]
+) -> tuple[Float[Array, ""], Float[Array, "3"], Bool[Array, ""]]:
+    """Signed distance to the surface, its unit normal there, and whether the ray meets it at all.
+
+    `origin` is relative to the vertex. The ray first slides to the vertex plane (point o, a·o = 0); from there,
+    with B = c o·d - a·d, the distance is c o·o / (-B ± sqrt(B² - c² o·o)) with the sign of a·d: the crossing on the
+    vertex's side of the sphere, without cancellation, and 0 for the plane. It is negative behind the origin.
+    """
+    along = dot(axis, direction)
+    slide = -dot(axis, origin) / along
+    point = origin + slide * direction
+    b = curvature * dot(point, direction) - along
+    rho2 = dot(point, point)
+    discriminant = b * b - curvature * curvature * rho2
+    meets = discriminant > 0
+    root = jnp.sqrt(jnp.where(meets, discriminant, 1.0))
+    beyond = curvature * rho2 / (jnp.where(along > 0, root, -root) - b)
+    normal = axis - curvature * (point + beyond * direction)
+    return slide + beyond, normal, meets
+
+
+def sag(curvature, r2: Float[Array, "..."]) -> Float[Array, "..."]:
+    """Height of the sphere over its vertex plane [m] at squared radius r2 [m²]: c r² / (1 + sqrt(1 - c² r²)).
+
+    Beyond the sphere's equator (c² r² > 1) there is no height; the equator's is returned.
+    """
+    inside = 1 - curvature * curvature * r2
+    root = jnp.sqrt(jnp.where(inside > 0, inside, 1.0))
+    return curvature * r2 / (1 + jnp.where(inside > 0, root, 0.0))

@@ -1,0 +1,145 @@
+"""One ray along one word: a scan over its interactions, geometry first, then the field along it."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Complex, Float, Int
+
+from newtonjax.beams import REFLECT, REST, exit_medium, itinerary, tables
+from newtonjax.fresnel import complex_cosine, reflect_field, refract, transmit_field
+from newtonjax.light import field_at_launch, launch_frame
+from newtonjax.scene import Scene
+from newtonjax.surfaces import dot, frame, intersect
+
+
+class Route(NamedTuple):
+    """What one beam meets, per interaction. `beyond` is the index on the far side, also of a reflecting face."""
+
+    curvature: Float[Array, " interactions"]
+    vertex: Float[Array, "interactions 3"]
+    axis: Float[Array, "interactions 3"]
+    before: Float[Array, " interactions"]
+    beyond: Float[Array, " interactions"]
+    action: Int[Array, " interactions"]
+
+
+class Setting(NamedTuple):
+    """What all beams share: launch and screen frames (origin, x, y, z), launched field, index at the screen."""
+
+    launch: tuple[Array, Array, Array, Array]
+    screen: tuple[Array, Array, Array, Array]
+    field: Complex[Array, "3 polarizations"]
+    exit_index: Float[Array, ""]
+
+
+class Ray(NamedTuple):
+    """A ray between interactions; its optical path [m] counts from the launch plane."""
+
+    position: Float[Array, "3"]
+    direction: Float[Array, "3"]
+    path: Float[Array, ""]
+    alive: Bool[Array, ""]
+
+
+class Leg(NamedTuple):
+    """The way to one interaction: where it began, its direction and signed length [m], the normal at its end."""
+
+    position: Float[Array, "3"]
+    direction: Float[Array, "3"]
+    length: Float[Array, ""]
+    normal: Float[Array, "3"]
+
+
+class Landing(NamedTuple):
+    """Where a ray meets the screen: coordinates on it [m], direction, optical path [m], the last signed length."""
+
+    point: Float[Array, "2"]
+    direction: Float[Array, "3"]
+    path: Float[Array, ""]
+    alive: Bool[Array, ""]
+    position: Float[Array, "3"]
+    length: Float[Array, ""]
+
+
+def gather(scene: Scene) -> tuple[Route, Setting]:
+    """A scene's numbers for the tracer: routes stacked over beams, and what the beams share.
+
+    Rays start on the plane across the light through the first vertex.
+    """
+    table = tables(scene.beams, len(scene.surfaces))
+    curvature = jnp.stack([jnp.asarray(s.curvature, dtype=float) for s in scene.surfaces])
+    vertex = jnp.stack([jnp.asarray(s.vertex) for s in scene.surfaces])
+    axis = jnp.stack([frame(s.tilt)[2] for s in scene.surfaces])
+    media = jnp.asarray(scene.media)
+    routes = Route(
+        curvature[table["surface"]],
+        vertex[table["surface"]],
+        axis[table["surface"]],
+        media[table["before"]],
+        media[table["beyond"]],
+        jnp.asarray(table["action"]),
+    )
+    setting = Setting(
+        (vertex[0], *launch_frame(scene.light)),
+        (jnp.asarray(scene.screen.vertex), *frame(scene.screen.tilt)),
+        field_at_launch(scene.light),
+        media[exit_medium(itinerary(scene.beams[0], len(scene.surfaces)), len(scene.surfaces))],
+    )
+    return routes, setting
+
+
+def _interact(ray: Ray, stop: Route) -> tuple[Ray, Leg]:
+    distance, normal, meets = intersect(stop.curvature, stop.axis, ray.position - stop.vertex, ray.direction)
+    normal = jnp.where(dot(normal, ray.direction) > 0, -normal, normal)
+    is_reflected, rests = stop.action == REFLECT, stop.action == REST
+    refracted, cos_i, _, passes = refract(stop.before, stop.beyond, ray.direction, normal)
+    reflected = ray.direction + 2 * cos_i * normal
+    length = jnp.where(rests, 0.0, distance)
+    after = Ray(
+        ray.position + length * ray.direction,
+        jnp.where(rests, ray.direction, jnp.where(is_reflected, reflected, refracted)),
+        ray.path + stop.before * length,
+        ray.alive & (rests | (meets & (passes | is_reflected))),
+    )
+    return after, Leg(ray.position, ray.direction, length, normal)
+
+
+def trace(route: Route, setting: Setting, start: Float[Array, "2"]) -> tuple[Landing, Leg]:
+    """The ray that starts at (u, v) [m] on the launch plane, to the screen; also its legs [interactions].
+
+    A leg's length is negative where a surface or a virtual screen lies behind the ray.
+    """
+    origin, across_x, across_y, direction = setting.launch
+    zero = jnp.zeros_like(start[0])
+    ray = Ray(origin + start[0] * across_x + start[1] * across_y, direction, zero, zero == 0)
+    ray, legs = jax.lax.scan(_interact, ray, route)
+    vertex, screen_x, screen_y, screen_z = setting.screen
+    offset = ray.position - vertex
+    length = -dot(screen_z, offset) / dot(screen_z, ray.direction)
+    point = offset + length * ray.direction
+    landing = Landing(
+        jnp.stack([dot(screen_x, point), dot(screen_y, point)]),
+        ray.direction,
+        ray.path + setting.exit_index * length,
+        ray.alive,
+        ray.position,
+        length,
+    )
+    return landing, legs
+
+
+def carry_field(route: Route, setting: Setting, legs: Leg) -> Complex[Array, "3 polarizations"]:
+    """The field vectors at the end of the legs, in units in which their square is the tube's flux."""
+
+    def step(field, stop_and_leg):
+        stop, leg = stop_and_leg
+        n1, n2 = stop.before, stop.beyond
+        _, cos_i, cos_t, _ = refract(n1, n2, leg.direction, leg.normal)
+        through = transmit_field(n1, n2, leg.direction, leg.normal, cos_i, cos_t, field)
+        cos_c = complex_cosine(n1, n2, leg.direction, leg.normal)
+        back = reflect_field(n1, n2, leg.direction, leg.normal, cos_i, cos_c, field)
+        kept = jnp.where(stop.action == REST, field, through)
+        return jnp.where(stop.action == REFLECT, back, kept), None
+
+    return jax.lax.scan(step, setting.field, (route, legs))[0]
