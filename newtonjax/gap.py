@@ -117,7 +117,8 @@ def why_not_closed(scene: Scene) -> str:
     if is_concrete(scene):
         z, focus = scene.screen.vertex[2], focus_height(scene, upper)
         if np.any(np.abs(z - focus) > 1e-9 + 1e-9 * np.abs(focus)):
-            return f"screen at z = {float(z):.6g} m: it takes one focused on the gap (z = {float(focus):.6g} m, screen='gap')"
+            where = f"z = {float(focus):.6g} m, screen='gap'"
+            return f"screen at z = {float(z):.6g} m: it takes one focused on the gap ({where})"
     return ""
 
 

@@ -1,9 +1,8 @@
 """Choosing a method: the cheapest whose predicted error stays within a tolerance."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -113,7 +112,7 @@ def _strong_beams(scene: Scene, camera: Camera, allowance: float) -> tuple[Scene
         dropped.append(k)
         lost = float(change)
     words = tuple(word for k, word in enumerate(scene.beams) if k not in dropped)
-    return eqx.tree_at(lambda s: s.beams, scene, words, is_leaf=lambda x: x is scene.beams), lost
+    return replace(scene, beams=words), lost
 
 
 def _closed_error(scene: Scene, camera: Camera, traced: Fields) -> ErrorEstimate | None:

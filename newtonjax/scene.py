@@ -1,5 +1,7 @@
 """A scene: a stack of surfaces and media, its light, the screen, and the beams that are followed."""
 
+from dataclasses import replace
+
 import equinox as eqx
 import numpy as np
 
@@ -83,9 +85,7 @@ def choose_beams(
         chosen = tuple(_named(name, found) for name in names or ())
     if not chosen:
         raise ValueError(f"no beam is left of {len(found)}; the strongest has energy {found[0].energy:.3g}")
-    return eqx.tree_at(
-        lambda s: s.beams, scene, tuple(beam.word for beam in chosen), is_leaf=lambda x: x is scene.beams
-    )
+    return replace(scene, beams=tuple(beam.word for beam in chosen))
 
 
 def _named(name: str, found: tuple[Beam, ...]) -> Beam:
