@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Complex, Float
 
+from newtonjax.quantities import as_complex
 from newtonjax.surfaces import dot
 from newtonjax.trace import Landing, Leg, Route, Setting, carry_field, trace
 
@@ -90,7 +91,7 @@ def arrive(route: Route, setting: Setting, target: Float[Array, "2"]) -> Arrival
     reaches = jnp.abs(miss).max() <= 1e-6 * (jnp.abs(target).max() + jnp.abs(landing.point).max() + 1e-6)
     arrives = found & landing.alive & reaches & (spread != 0)
     area = jnp.where(arrives, jnp.abs(spread), 1.0)
-    field = carry_field(route, setting, legs) / jnp.sqrt(area)
+    field = carry_field(route, setting, legs) * as_complex(1 / jnp.sqrt(area))
     _, screen_x, screen_y, _ = setting.screen
     # Fermat: what the aim still misses changes the path by its component along the ray, and no more.
     along = miss[0] * dot(screen_x, landing.direction) + miss[1] * dot(screen_y, landing.direction)

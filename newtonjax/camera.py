@@ -43,7 +43,8 @@ class Camera(eqx.Module):
         """Screen coordinates x of the columns and y of the rows [m]."""
         rows, columns = self.shape
         cx, cy = middle(self.shape) if self.centre_px is None else (self.centre_px[0], self.centre_px[1])
-        return (jnp.arange(columns) - cx) * self.pixel_size, (jnp.arange(rows) - cy) * self.pixel_size
+        x, y = jnp.arange(columns, dtype=float) - cx, jnp.arange(rows, dtype=float) - cy
+        return x * self.pixel_size, y * self.pixel_size
 
     def expose(
         self, image: Float[Array | np.ndarray, "rows columns"], key: Key[Array, ""]
@@ -54,7 +55,8 @@ class Camera(eqx.Module):
         """
         shot, read = jax.random.split(key)
         mean = jnp.clip(jnp.asarray(image) * self.exposure, 0.0)
-        electrons = jax.random.poisson(shot, mean) + self.read_noise * jax.random.normal(read, mean.shape)
+        arrived = jax.random.poisson(shot, mean).astype(mean.dtype)
+        electrons = arrived + self.read_noise * jax.random.normal(read, mean.shape)
         top = 2**self.bits - 1
         code = jnp.clip(jnp.round(electrons / self.full_well * top), 0, top)
         return code.astype(jnp.uint8 if self.bits == 8 else jnp.uint16)

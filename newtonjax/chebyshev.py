@@ -54,7 +54,8 @@ def shells(coefficients: Float[Array, "... count count"]) -> Float[Array, "... c
     """Sum of absolute coefficients by the larger of their two degrees."""
     count = coefficients.shape[-1]
     degree = np.maximum.outer(np.arange(count), np.arange(count))
-    return jnp.stack([jnp.abs(coefficients * (degree == k)).sum(axis=(-2, -1)) for k in range(count)], axis=-1)
+    size = jnp.abs(coefficients)
+    return jnp.stack([size.sum(axis=(-2, -1), where=degree == k) for k in range(count)], axis=-1)
 
 
 def expand(coefficients: Float[Array, "fields count count"], shape: tuple[int, int]) -> list[Float[Array, "..."]]:

@@ -10,6 +10,7 @@ from jaxtyping import Array, Bool, Complex, Float
 
 from newtonjax.aim import Arrival, arrive
 from newtonjax.beams import itinerary
+from newtonjax.quantities import as_complex
 from newtonjax.scene import Scene
 from newtonjax.trace import gather
 from newtonjax.turns import cos_turns, sin_turns
@@ -83,7 +84,7 @@ def polar(fields: Fields) -> tuple[Float[Array, "pairs ..."], Float[Array, "pair
     flat = fields.envelope.reshape(len(fields.envelope), -1)
     largest = jnp.take_along_axis(flat, jnp.abs(flat).argmax(axis=1)[:, None], axis=1)
     size = jnp.abs(largest)
-    unit = jax.lax.stop_gradient(jnp.where(size > 0, largest / jnp.where(size > 0, size, 1.0), 1.0))
+    unit = jax.lax.stop_gradient(jnp.where(size > 0, largest * as_complex(1 / jnp.where(size > 0, size, 1.0)), 1.0))
     unit = unit.reshape(-1, *[1] * (fields.envelope.ndim - 1))
     turned = fields.envelope * jnp.conj(unit)
     slope = turned.imag / jnp.where(turned.real == 0, 1.0, turned.real)

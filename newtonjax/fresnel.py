@@ -5,6 +5,7 @@ at normal incidence; multiplied out, every division by the sine of incidence can
 Principles of Optics, section 1.5.2), so that values and gradients are finite at any incidence.
 """
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Complex, Float
 
@@ -46,7 +47,7 @@ def complex_cosine(n1, n2, direction, normal) -> Complex[Array, ""]:
     cos2_t = 1 - (n1 / n2) ** 2 * dot(tangent, tangent)
     passes = cos2_t > 0
     root = jnp.sqrt(jnp.where(cos2_t == 0, 1.0, jnp.abs(cos2_t)))
-    return jnp.where(passes, root + 0j, 1j * root)
+    return jax.lax.complex(jnp.where(passes, root, 0.0), jnp.where(passes, 0.0, root))
 
 
 def transmit_field(n1, n2, direction, normal, cos_i, cos_t, field: Field) -> Field:
@@ -61,10 +62,9 @@ def transmit_field(n1, n2, direction, normal, cos_i, cos_t, field: Field) -> Fie
     tangent = direction + cos_i * normal
     along_tangent = 2 * n1 * n2 * cos_i * (1 - (n1 / n2) ** 2) / (d_s * d_p)
     along_normal = 2 * n1 * cos_i**2 * (n1**2 - n2**2) / (n2 * d_s * d_p)
-    normal_part = normal[0] * field[0] + normal[1] * field[1] + normal[2] * field[2]
-    out = (2 * n1 * cos_i / d_s) * field
-    out = out + (along_tangent * tangent + along_normal * normal)[:, None] * normal_part[None]
-    return jnp.sqrt(n2 * cos_t / (n1 * cos_i)) * out
+    scale = jnp.sqrt(n2 * cos_t / (n1 * cos_i))
+    straight, turned = 2 * n1 * cos_i / d_s, along_tangent * tangent + along_normal * normal
+    return _apply(scale * straight, scale * turned, normal, field)
 
 
 def reflect_field(n1, n2, direction, normal, cos_i, cos_t, field: Field) -> Field:
@@ -72,13 +72,21 @@ def reflect_field(n1, n2, direction, normal, cos_i, cos_t, field: Field) -> Fiel
 
     r_s E + [ (r_p - r_s) n + (2 n1 n2 cos_i (1 - η²) / D) τ ] (n·E), symbols as in `transmit_field`.
     """
+    tangent = direction + cos_i * normal
+    # One dtype for all: the cosine of refraction may be imaginary.
+    n1, n2, cos_i, cos_t = (jnp.asarray(value).astype(field.dtype) for value in (n1, n2, cos_i, cos_t))
     r_s, r_p, _, _ = amplitudes(n1, n2, cos_i, cos_t)
     d_s = n1 * cos_i + n2 * cos_t
     d_p = n2 * cos_i + n1 * cos_t
-    tangent = direction + cos_i * normal
     along_tangent = 2 * n1 * n2 * cos_i * (1 - (n1 / n2) ** 2) / (d_s * d_p)
-    normal_part = normal[0] * field[0] + normal[1] * field[1] + normal[2] * field[2]
-    return r_s * field + (along_tangent * tangent + (r_p - r_s) * normal)[:, None] * normal_part[None]
+    turned = along_tangent * tangent.astype(field.dtype) + (r_p - r_s) * normal.astype(field.dtype)
+    return _apply(r_s, turned, normal, field)
+
+
+def _apply(straight, turned, normal, field: Field) -> Field:
+    """Straight E + turned (n·E)."""
+    straight, turned, normal = (value.astype(field.dtype) for value in (straight, turned, normal))
+    return straight * field + turned[:, None] * dot(normal, field)[None]
 
 
 def is_total(n1, n2, direction, normal) -> Bool[Array, ""]:

@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 from newtonjax.beams import itinerary
 from newtonjax.fields import Fields
 from newtonjax.fresnel import amplitudes
-from newtonjax.quantities import is_concrete
+from newtonjax.quantities import Scalar, as_complex, is_concrete
 from newtonjax.scene import Scene
 from newtonjax.surfaces import Surface, frame, sag
 
@@ -76,14 +76,14 @@ def closed_fields(scene: Scene, x: Float[Array, "..."], y: Float[Array, "..."]) 
     ones = jnp.ones((1,) * phase.ndim)
     return Fields(
         background=(short**2 + long**2) * ones,
-        envelope=(2 * short * long + 0j) * ones[None],
+        envelope=as_complex(2 * short * long * ones[None]),
         phase=phase[None],
         rounding=jnp.zeros_like(ones),
         arrives=ones > 0,
     )
 
 
-def focus_height(scene: Scene, upper: int) -> Float[Array, ""]:
+def focus_height(scene: Scene, upper: int) -> Scalar:
     """Z of the plane in which the viewer sees the face under the gap: its paraxial image on the viewer's side.
 
     Imaged through every surface on the way by n'/s' = n/s + (n' - n) c, distances counted along the light.

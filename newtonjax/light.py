@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
-from newtonjax.quantities import Scalar, Vector2, as_scalar, as_vector, positive, require
+from newtonjax.quantities import Scalar, Vector2, as_complex, as_scalar, as_vector, positive, require
 from newtonjax.surfaces import frame
 
 
@@ -35,6 +35,6 @@ def field_at_launch(light: Light) -> Complex[Array, "3 polarizations"]:
     """Field vectors of the polarization components; their squares sum to 1."""
     across_x, across_y, _ = launch_frame(light)
     if light.polarization is None:
-        return jnp.stack([across_x, across_y], axis=1) * jnp.sqrt(0.5) + 0j
+        return as_complex(jnp.stack([across_x, across_y], axis=1) * jnp.sqrt(0.5))
     angle = light.polarization
-    return (jnp.cos(angle) * across_x + jnp.sin(angle) * across_y)[:, None] + 0j
+    return as_complex((jnp.cos(angle) * across_x + jnp.sin(angle) * across_y)[:, None])

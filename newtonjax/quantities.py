@@ -3,7 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Complex, Float, Int
 
 Scalar = float | int | np.floating | Float[Array | np.ndarray, ""] | Int[Array | np.ndarray, ""]
 Vector2 = tuple[Scalar, Scalar] | Float[Array | np.ndarray, "2"]
@@ -46,6 +46,11 @@ def _numeric(values) -> bool:
     except (TypeError, ValueError):
         return False
     return True
+
+
+def as_complex(value: Float[Array, "..."]) -> Complex[Array, "..."]:
+    """The value with an imaginary part of 0, in the precision it has."""
+    return jax.lax.complex(value, jnp.zeros_like(value))
 
 
 def require(name: str, value, allowed: str, test) -> None:

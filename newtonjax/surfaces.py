@@ -2,9 +2,12 @@
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+import numpy as np
+from jaxtyping import Array, Bool, Float, Num
 
 from newtonjax.quantities import Scalar, Vector2, Vector3, as_scalar, as_vector, namespace
+
+Direction = Float[Array | np.ndarray, "3"]
 
 
 class Surface(eqx.Module):
@@ -23,7 +26,7 @@ class Surface(eqx.Module):
     tilt: Vector2 = eqx.field(converter=as_vector, default=(0.0, 0.0))
 
 
-def frame(tilt) -> tuple[Float[Array, "3"], Float[Array, "3"], Float[Array, "3"]]:
+def frame(tilt) -> tuple[Direction, Direction, Direction]:
     """The turned x, y and z directions: R_y(tilt[1]) R_x(tilt[0]) applied to the unit vectors."""
     xp = namespace(tilt)
     sx, cx, sy, cy = xp.sin(tilt[0]), xp.cos(tilt[0]), xp.sin(tilt[1]), xp.cos(tilt[1])
@@ -34,7 +37,7 @@ def frame(tilt) -> tuple[Float[Array, "3"], Float[Array, "3"], Float[Array, "3"]
     )
 
 
-def dot(a: Float[Array, "3"], b: Float[Array, "3"]) -> Float[Array, ""]:
+def dot(a: Num[Array, "3"], b: Num[Array, "3 ..."]) -> Num[Array, "..."]:
     """A · b, written out so that it fuses with its neighbours."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
