@@ -1,0 +1,39 @@
+# `make demo` and `make test` need Python 3.11 or later and make the rest themselves, in .venv.
+PYTHON ?= python3
+WORKERS ?= 2
+NEWTONJAX_SHARED ?= ../shared
+export NEWTONJAX_SHARED := $(abspath $(NEWTONJAX_SHARED))
+
+BIN := .venv/bin
+READY := .venv/ready
+
+.PHONY: demo test lint lock clean
+
+demo: $(READY)
+	$(BIN)/newtonjax demo --output-dir newtonjax-demo --force
+
+test: lint
+	$(BIN)/python -m pytest -n $(WORKERS)
+
+lint: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/basedpyright --pythonpath $(BIN)/python
+
+$(READY): requirements.lock pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit("newtonjax needs Python 3.11 or later, and $(PYTHON) is " + sys.version.split()[0] + "; name another one: make PYTHON=python3.12 ...")'
+	$(PYTHON) -m venv --clear .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $(READY)
+
+# The resolver is fetched into an environment of its own; the lock holds hashes and markers but no addresses.
+lock:
+	$(PYTHON) -m venv .venv-lock
+	.venv-lock/bin/python -m pip install --quiet --disable-pip-version-check 'uv>=0.9'
+	.venv-lock/bin/uv pip compile --quiet --universal --python-version 3.11 --extra test --generate-hashes \
+		--no-emit-index-url --no-emit-find-links --no-annotate --no-header $(UPGRADE) --output-file requirements.lock pyproject.toml
+	rm -rf .venv-lock
+
+clean:
+	rm -rf .venv .venv-lock newtonjax-demo
