@@ -1,0 +1,191 @@
+"""The command `newtonjax`: its verbs and their options. What is heavy is imported inside the verbs."""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from fitting import lamps, quantities
+
+app = typer.Typer(
+    name="newtonjax",
+    help="Newton's rings: render them, and measure a lens radius from a photograph of them.",
+    epilog="Quantities carry their unit (589.3nm, 12.75um, 2m). Exit status: 0 done, 2 wrong usage or unreadable "
+    "input, 3 refused (no rings, straight fringes, undetermined), 4 not converged.",
+    add_completion=False,
+)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command; its exit status. Errors go to stderr in one line."""
+    try:
+        return app(args=arguments, prog_name="newtonjax", standalone_mode=False) or 0
+    except typer.TyperException as error:
+        return _fail(error.format_message())
+    except (ValueError, OSError) as error:
+        return _fail(str(error))
+    except typer.Abort:
+        return 130
+
+
+def _fail(message: str) -> int:
+    print("newtonjax:", " ".join(message.split()), file=sys.stderr)
+    return 2
+
+
+def _option(parse: Callable[[str], Any], metavar: str, what: str, default: str = "") -> Any:
+    """An option whose text one function reads; the function's ValueError becomes the message of a wrong option.
+
+    `default` is shown only: the option itself is None where it is not given.
+    """
+
+    def read(text: str):
+        try:
+            return parse(text)
+        except ValueError as error:
+            raise typer.BadParameter(str(error)) from None
+
+    return typer.Option(parser=read, metavar=metavar, help=what, show_default=default or False)
+
+
+def _screen(text: str) -> float | str:
+    return "gap" if text == "gap" else quantities.length(text)
+
+
+def _transfer(text: str) -> float | str:
+    if text in ("linear", "srgb"):
+        return text
+    try:
+        exponent = float(text)
+    except ValueError:
+        exponent = 0.0
+    if not 0.1 <= exponent <= 10:
+        raise ValueError(f"{text!r}; give linear, srgb, or an exponent between 0.1 and 10, such as 2.2")
+    return exponent
+
+
+def _shape(text: str) -> tuple[int, int]:
+    rows, cross, columns = text.partition("x")
+    if not (cross and rows.isdecimal() and columns.isdecimal() and int(rows) and int(columns)):
+        raise ValueError(f"{text!r}; give ROWSxCOLUMNS, such as 1024x1024")
+    return int(rows), int(columns)
+
+
+Radius = Annotated[float | None, _option(quantities.length, "LENGTH", "Radius of the lens's convex face.", "1m")]
+Gap = Annotated[float | None, _option(quantities.length, "LENGTH", "Gap at the apex, or on the wedge's axis.", "0nm")]
+Screen = Annotated[Any, _option(_screen, "LENGTH|gap", "Distance of the screen, or a microscope on the gap.", "1mm")]
+Angle = Annotated[float | None, _option(quantities.angle, "ANGLE", "Angle of the wedge.", "0.1mrad")]
+Shape = Annotated[Any, _option(_shape, "ROWSxCOLUMNS", "Pixels of the image.", "1024x1024")]
+Wave = Annotated[Any, _option(lamps.wavelength, "LENGTH|LINE", "Vacuum wavelength, or a line such as sodium.")]
+Pixel = Annotated[
+    float | None, _option(quantities.positive_length, "LENGTH", "Size of a pixel at the object, in the gap.")
+]
+Force = Annotated[bool, typer.Option("--force", help="Overwrite files that are there already.")]
+OutputDir = Annotated[
+    Path | None, typer.Option(metavar="FOLDER", help="Folder for the picture, the report and the answer.")
+]
+Json = Annotated[str | None, typer.Option("--json", metavar="FILE|-", help="Write the answer as JSON (- is stdout).")]
+
+
+@app.callback(invoke_without_command=True)
+def _command(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Show the version.")] = False,
+) -> None:
+    if version:
+        from newtonjax import __version__
+
+        print(f"newtonjax {__version__}")
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        raise ValueError("no verb given; give render, fit or demo (newtonjax --help explains them)")
+
+
+@app.command()
+def render(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="transmitted, reflected, wedge, or a file SCENE.toml.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="PNG to write.")],
+    radius: Radius = None,
+    gap: Gap = None,
+    wavelength: Wave = None,
+    screen: Screen = None,
+    angle: Angle = None,
+    shape: Shape = None,
+    pixel_size: Pixel = None,
+    method: Annotated[
+        Literal["closed-form", "chebyshev", "traced"] | None, typer.Option(help="Instead of the cheapest that will do.")
+    ] = None,
+    nodes: Annotated[int | None, typer.Option(min=2, max=129, help="To a side, for chebyshev.")] = None,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(help="Largest error of intensity over the peak.", show_default="0.001 without a method"),
+    ] = None,
+    expose: Annotated[bool, typer.Option("--expose", help="A photograph of it, with shot and read noise.")] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Of the noise.")] = 0,
+    bits: Annotated[Literal["8", "16"], typer.Option(help="16: linear; 8: sRGB.")] = "16",
+    force: Force = False,
+) -> int:
+    """Render an image of Newton's rings, of an air wedge or of a scene file.
+
+    Says which method was used, with how many nodes, and the estimated error.
+    """
+    from fitting import render_verb
+
+    bench = {"radius": radius, "gap": gap, "screen": screen, "angle": angle, "wavelength": wavelength}
+    request = render_verb.Request(
+        scene, output, bench, shape, pixel_size, method, nodes, tolerance, seed if expose else None, int(bits), force
+    )
+    return render_verb.run(request)
+
+
+@app.command()
+def fit(
+    photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Photograph of rings.")],
+    wavelength: Wave = None,
+    pixel_size: Pixel = None,
+    pixel_size_sd: Annotated[
+        float | None, _option(quantities.length_from_zero, "LENGTH", "Standard deviation of the pixel size.")
+    ] = None,
+    wavelength_sd: Annotated[
+        float | None, _option(quantities.length_from_zero, "LENGTH", "Standard deviation of the wavelength.")
+    ] = None,
+    radius: Annotated[
+        float | None, _option(quantities.positive_length, "LENGTH", "A known radius: then the third comes out.")
+    ] = None,
+    view: Annotated[
+        Literal["reflected", "transmitted"] | None,
+        typer.Option(help="How the rings were seen.", show_default="reflected"),
+    ] = None,
+    scene: Annotated[
+        Path | None, typer.Option(metavar="SCENE.toml", help="A bench to trace instead of the gap alone.")
+    ] = None,
+    transfer: Annotated[
+        Any, _option(_transfer, "linear|srgb|GAMMA", "How the file codes light, where it is not as usual.")
+    ] = None,
+    json: Json = None,
+    output_dir: OutputDir = None,
+    force: Force = False,
+) -> int:
+    """Measure the lens radius from a photograph of rings, with its standard deviation and where that comes from.
+
+    Two of wavelength, pixel size and radius give the third. Without a pixel size the answer is the fringe scale.
+    """
+    from fitting import fit_verb
+
+    given = fit_verb.Given(wavelength, pixel_size, wavelength_sd, pixel_size_sd, radius, view, scene, transfer)
+    return fit_verb.run(photo, given, fit_verb.Outputs(json, output_dir, force))
+
+
+@app.command()
+def demo(
+    output_dir: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder for the results.")] = Path(
+        "newtonjax-demo"
+    ),
+    force: Force = False,
+) -> int:
+    """Fit the sample photograph that comes along, and show the true radius beside the answer."""
+    from fitting import fit_verb
+
+    return fit_verb.demo(output_dir, force)

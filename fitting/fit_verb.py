@@ -1,0 +1,151 @@
+"""The verbs `fit` and `demo`: from a photograph and options to an answer on the screen and in files."""
+
+import io
+import sys
+import tomllib
+from importlib.resources import as_file, files
+from pathlib import Path
+from typing import NamedTuple
+
+import fitting
+from fitting import output, session
+from fitting.lamps import Wavelength
+from fitting.progress import progress
+
+_EXIT = {"ok": 0, "no-scale": 0, "refused": 3, "not-converged": 4}
+
+
+class Given(NamedTuple):
+    """What the user knows, in SI; None for what was not given."""
+
+    wavelength: Wavelength | None = None
+    pixel_size: float | None = None
+    wavelength_sd: float | None = None
+    pixel_size_sd: float | None = None
+    radius: float | None = None
+    view: str | None = None
+    scene: Path | None = None
+    transfer: float | str | None = None
+
+
+class Outputs(NamedTuple):
+    """Where the answer goes: a JSON file or "-", a folder, and whether files there may be replaced."""
+
+    json: str | None = None
+    folder: Path | None = None
+    force: bool = False
+
+    def json_path(self) -> Path | None:
+        return None if self.json in (None, "-") else Path(str(self.json))
+
+    def in_folder(self) -> dict[str, Path]:
+        """The files of the folder by what they hold."""
+        if self.folder is None:
+            return {}
+        return {kind: self.folder / name for kind, name in _NAMES.items()}
+
+
+_NAMES = {"picture": "result.png", "report": "report.txt", "json": "result.json"}
+
+
+def run(photo: Path, given: Given, outputs: Outputs) -> int:
+    """Fit, report, write; the exit status."""
+    _check(photo, given, outputs)
+    session.prepare()
+    arguments = _arguments(given)
+    with progress(f"fitting {photo.name}"):
+        result = fitting.fit(photo, **arguments)
+    return _answer(result, outputs)
+
+
+def demo(folder: Path, force: bool) -> int:
+    """Fit the sample and compare with its truth; the exit status."""
+    data = files("fitting") / "data"
+    sample = tomllib.loads((data / "sample.toml").read_text(encoding="utf-8"))
+    outputs = Outputs(folder=folder, force=force)
+    with as_file(data / "sample.png") as photo:
+        _check(photo, Given(), outputs)
+        session.prepare()
+        with progress("fitting the sample"):
+            result = fitting.fit(photo, **sample["given"])
+    status = _answer(result, outputs)
+    print(_comparison(result, sample["truth"]["radius"]))
+    print(f"picture: {outputs.in_folder()['picture']}")
+    return status
+
+
+def _check(photo: Path, given: Given, outputs: Outputs) -> None:
+    """Refuse before anything slow starts what cannot be read or written."""
+    for path, what in ((photo, "photograph"), (given.scene, "scene")):
+        if path is not None and not path.is_file():
+            raise FileNotFoundError(f"{path} is no file; give the path of a {what}")
+    if outputs.folder is not None:
+        if outputs.folder.exists() and not outputs.folder.is_dir():
+            raise NotADirectoryError(f"--output-dir {outputs.folder} is no folder; name another one")
+        outputs.folder.mkdir(parents=True, exist_ok=True)
+    paths = [*outputs.in_folder().values(), *filter(None, [outputs.json_path()])]
+    output.check_free(paths, outputs.force, keep=tuple(filter(None, [photo, given.scene])))
+
+
+def _arguments(given: Given) -> dict:
+    """The arguments of `fitting.fit`; what a scene file says stands in for what was not given."""
+    known = {
+        "wavelength_sd": given.wavelength_sd,
+        "pixel_size": given.pixel_size,
+        "pixel_size_sd": given.pixel_size_sd,
+        "radius": given.radius,
+        "transfer": given.transfer,
+    }
+    if given.scene is None:
+        wavelength = None if given.wavelength is None else given.wavelength.within(1.0)
+        return {**known, "wavelength": wavelength, "view": given.view or "reflected"}
+    from newtonjax import load_scene
+
+    scene, camera = load_scene(given.scene)
+    if given.view not in (None, scene.view):
+        raise ValueError(f"--view {given.view}: the scene in {given.scene} is seen {scene.view}; leave --view out")
+    if given.wavelength is not None:
+        known["wavelength"] = given.wavelength.within(float(scene.media[0]))
+    elif given.radius is None:
+        known["wavelength"] = float(scene.wavelength)
+    if given.pixel_size is None and camera is not None:
+        known["pixel_size"] = float(camera.pixel_size)
+    return {**known, "view": scene.view, "scene": scene}
+
+
+def _answer(result, outputs: Outputs) -> int:
+    """Print the report, or why there is none, and write the files that were asked for."""
+    status = _EXIT[result.status]
+    answer = output.json_text(result.as_dict())
+    paths = outputs.in_folder()
+    if outputs.json == "-":
+        sys.stdout.write(answer)
+    elif status != 3:
+        print(result.report())
+    if path := outputs.json_path():
+        output.write(path, answer, outputs.force)
+    if paths:
+        output.write(paths["report"], result.report() + "\n", outputs.force)
+        output.write(paths["json"], answer, outputs.force)
+    if paths and status != 3:
+        output.write(paths["picture"], _picture(result), outputs.force)
+    if status:
+        print(f"newtonjax: {result.status}: {' '.join(result.message.split())}", file=sys.stderr)
+    return status
+
+
+def _picture(result) -> bytes:
+    from fitting.plot import result_figure
+
+    file = io.BytesIO()
+    result_figure(result).savefig(file, format="png", dpi=150)
+    return file.getvalue()
+
+
+def _comparison(result, truth: float) -> str:
+    if result.radius is None:
+        return f"true radius: {truth:.6g} m; the fit gave none"
+    return (
+        f"true radius: {truth:.6g} m; the fit gave {result.radius:.6g} m with a standard deviation of "
+        f"{result.radius_sd:.2g} m: {abs(result.radius - truth) / result.radius_sd:.1f} of them away"
+    )

@@ -1,0 +1,53 @@
+"""Files that the shell writes: whole or not at all, and never over another one unless asked to."""
+
+import json
+import math
+import os
+from pathlib import Path
+
+
+def check_free(paths: list[Path], force: bool, keep: tuple[Path, ...] = ()) -> None:
+    """Refuse outputs before the work starts.
+
+    Raises FileExistsError for a file that is there already (unless `force`), ValueError for one of `keep` (what the
+    command reads), and FileNotFoundError for a folder that is not there.
+    """
+    for path in paths:
+        if any(path.exists() and other.exists() and path.samefile(other) for other in keep):
+            raise ValueError(f"{path} is what the command reads; name another file to write")
+        if path.is_dir():
+            raise IsADirectoryError(f"{path} is a folder; name a file to write")
+        if path.exists() and not force:
+            raise FileExistsError(f"{path} is there already; name another file, or add --force to overwrite it")
+        if not path.parent.is_dir():
+            raise FileNotFoundError(f"{path.parent} is no folder; make it first, or name another file than {path}")
+
+
+def write(path: Path, content: bytes | str, force: bool) -> None:
+    """Write a whole file or none: into a neighbour first, which then takes the name in one step.
+
+    Raises FileExistsError for a file that is there already, unless `force`.
+    """
+    check_free([path], force)
+    data = content.encode("utf-8") if isinstance(content, str) else content
+    neighbour = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        neighbour.write_bytes(data)
+        os.replace(neighbour, path)
+    finally:
+        neighbour.unlink(missing_ok=True)
+
+
+def json_text(answer: dict) -> str:
+    """One JSON object, with null for what is not finite."""
+    return json.dumps(_plain(answer), allow_nan=False, ensure_ascii=False, indent=2) + "\n"
+
+
+def _plain(value):
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if hasattr(value, "tolist"):  # NumPy's and JAX's numbers and arrays
+        return _plain(value.tolist())
+    return None if isinstance(value, float) and not math.isfinite(value) else value

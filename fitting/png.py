@@ -1,0 +1,30 @@
+"""Images as PNG files that read back as linear light: 16 bits linear, 8 bits in sRGB."""
+
+import io
+
+import numpy as np
+from jaxtyping import Float, UInt8, UInt16
+
+
+def encode(fraction: Float[np.ndarray, "rows columns"], bits: int) -> bytes:
+    """A grey PNG of an image whose white is 1; values outside 0 to 1 are clipped.
+
+    16 bits hold the linear values, 8 bits those of the sRGB curve (IEC 61966-2-1): `fit` reads them back the same way.
+    """
+    import imageio.v3 as imageio
+
+    file = io.BytesIO()
+    imageio.imwrite(file, _codes(np.clip(fraction, 0.0, 1.0), bits), extension=".png")
+    return file.getvalue()
+
+
+def _codes(fraction, bits: int) -> UInt8[np.ndarray, "rows columns"] | UInt16[np.ndarray, "rows columns"]:
+    if bits == 16:
+        return np.round(fraction * 65535).astype(np.uint16)
+    return np.round(to_srgb(fraction) * 255).astype(np.uint8)
+
+
+def to_srgb(fraction: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
+    """The sRGB value of linear light, both 0 to 1 (IEC 61966-2-1)."""
+    curve = 1.055 * np.maximum(fraction, 0.0031308) ** (1 / 2.4) - 0.055
+    return np.where(fraction <= 0.0031308, 12.92 * fraction, curve)

@@ -1,0 +1,76 @@
+"""Quantities at the shell: a number with its unit, read by pint and turned into SI."""
+
+import functools
+import math
+import re
+
+_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
+_EXAMPLES = {"length": "nm, um, mm, cm or m, as in 589.3nm", "angle": "mrad, rad, deg or arcsec, as in 0.1mrad"}
+
+
+@functools.cache
+def _registry():
+    import pint
+
+    return pint.UnitRegistry(cache_folder=None)
+
+
+def length(text: str) -> float:
+    """Metres of a length such as "589.3nm".
+
+    Raises ValueError, in one line with what was given and what is allowed, for a number without a unit, for a unit of
+    another kind and for what is no number or not finite.
+    """
+    return _si(text, "length")
+
+
+def angle(text: str) -> float:
+    """Radians of an angle such as "0.1mrad"; errors as in `length`."""
+    return _si(text, "angle")
+
+
+def positive_length(text: str) -> float:
+    """Metres of a length above zero; errors as in `length`."""
+    value = length(text)
+    if value <= 0:
+        raise ValueError(f"{text!r} is not above zero; give a positive length, in {_EXAMPLES['length']}")
+    return value
+
+
+def length_from_zero(text: str) -> float:
+    """Metres of a length that may be zero, as a standard deviation may; errors as in `length`."""
+    value = length(text)
+    if value < 0:
+        raise ValueError(f"{text!r} is negative; give zero or more, in {_EXAMPLES['length']}")
+    return value
+
+
+def _si(text: str, kind: str) -> float:
+    offered = _EXAMPLES[kind]
+    match = _NUMBER.fullmatch(text.strip())
+    if not match:
+        raise ValueError(f"{text!r} is no {kind}; give a number and a unit: {offered}")
+    number, unit = match.groups()
+    if not unit:
+        raise ValueError(f"{text!r} has no unit; give one of {offered}")
+    factor = _factor(unit, kind)
+    if factor is None:
+        raise ValueError(f"{text!r}: {unit!r} is no unit of {kind}; give one of {offered}")
+    value = float(number) * factor
+    if not math.isfinite(value):
+        raise ValueError(f"{text!r} is too large; give a finite {kind}")
+    return value
+
+
+def _factor(unit: str, kind: str) -> float | None:
+    """The SI value of one unit; None where pint does not know it or it measures something else."""
+    import pint
+
+    registry = _registry()
+    base = registry.Unit("meter" if kind == "length" else "radian")
+    try:
+        root = registry.Quantity(1.0, registry.parse_units(unit)).to_root_units()
+    except (pint.PintError, ValueError, TypeError, AttributeError, AssertionError):
+        return None
+    # Root units, not dimensions: to pint an angle is dimensionless, and so is a percentage.
+    return float(root.magnitude) if root.units == base else None

@@ -1,0 +1,152 @@
+"""The verb `render`: from options to a scene, a camera, a method, and a PNG."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+import newtonjax as nj
+from fitting import output, png, session
+from fitting.lamps import Wavelength
+from fitting.progress import progress
+from newtonjax.methods import AbstractMethod
+
+_BENCHES = {"transmitted": ("radius", "gap", "screen"), "reflected": ("radius", "gap", "screen")}
+_BENCHES["wedge"] = ("angle", "gap", "screen")
+_FILL = 0.8  # of the full well, by the brightest pixel, where no camera file says how long to expose
+
+
+class Request(NamedTuple):
+    """The options of the verb; None for what was not given. `seed` is None for an image without noise."""
+
+    scene: str
+    output: Path
+    bench: dict
+    shape: tuple[int, int] | None
+    pixel_size: float | None
+    method: str | None
+    nodes: int | None
+    tolerance: float | None
+    seed: int | None
+    bits: int
+    force: bool
+
+
+class Chosen(NamedTuple):
+    """How the image is computed, with its estimated errors: phase [turns], intensity over the peak."""
+
+    scene: nj.Scene
+    method: AbstractMethod
+    phase_error: float
+    intensity_error: float
+    reason: str
+
+
+def run(request: Request) -> int:
+    """Render, write, say what was done; the exit status."""
+    if request.output.suffix.lower() != ".png":
+        raise ValueError(f"--output {request.output}: give a name that ends in .png")
+    output.check_free([request.output], request.force, keep=(Path(request.scene),))
+    session.prepare()
+    scene, camera, from_file = _scene_and_camera(request)
+    with progress("rendering"):
+        chosen = _choose(scene, camera, request)
+        image = np.asarray(nj.render(chosen.scene, camera, chosen.method))
+        fraction, white, noise = _develop(image, camera, request.seed, from_file)
+    output.write(request.output, png.encode(fraction, request.bits), request.force)
+    _say(request, camera, chosen, white, noise)
+    return 0
+
+
+def _scene_and_camera(request: Request) -> tuple[nj.Scene, nj.Camera, bool]:
+    """The scene, the camera, and whether a file gave the camera."""
+    given = {name: value for name, value in request.bench.items() if value is not None}
+    camera = None
+    if request.scene.endswith(".toml"):
+        if given:
+            options = ", ".join(f"--{name}" for name in given)
+            raise ValueError(f"{options} with {request.scene}: the file gives the scene; change it there")
+        scene, camera = nj.load_scene(request.scene)
+    elif request.scene in _BENCHES:
+        scene = _bench(request.scene, given)
+    else:
+        raise ValueError(f"scene {request.scene!r}; give {', '.join(_BENCHES)}, or a file that ends in .toml")
+    default = nj.Camera(shape=(1024, 1024), pixel_size=5e-6) if camera is None else camera
+    shape = default.shape if request.shape is None else request.shape
+    pixel_size = default.pixel_size if request.pixel_size is None else request.pixel_size
+    return scene, replace(default, shape=shape, pixel_size=pixel_size), camera is not None
+
+
+def _bench(name: str, given: dict) -> nj.Scene:
+    other = [f"--{option}" for option in given if option not in (*_BENCHES[name], "wavelength")]
+    if other:
+        raise ValueError(f"{', '.join(other)} with {name}: it has {', '.join(f'--{o}' for o in _BENCHES[name])}")
+    if isinstance(given.get("wavelength"), Wavelength):
+        given = {**given, "wavelength": given["wavelength"].within(1.0)}
+    return nj.air_wedge(**given) if name == "wedge" else nj.newton_rings(view=name, **given)
+
+
+def _choose(scene: nj.Scene, camera: nj.Camera, request: Request) -> Chosen:
+    """The planned method, or the one asked for if it keeps the tolerance asked for."""
+    tolerance = 1e-3 if request.tolerance is None else request.tolerance
+    name = request.method or ("chebyshev" if request.nodes else None)
+    if name is None:
+        plan = nj.plan(scene, camera, tolerance)
+        return Chosen(plan.scene, plan.method, plan.phase_error, plan.intensity_error, plan.reason)
+    if request.nodes and name != "chebyshev":
+        raise ValueError(f"--nodes with --method {name}: it has none; leave one of them out")
+    chosen = _asked_for(scene, camera, name, request.nodes)
+    if request.tolerance is not None and not chosen.intensity_error <= tolerance:
+        raise ValueError(
+            f"--method {name}: its estimated error {chosen.intensity_error:.2g} of the peak is over --tolerance "
+            f"{tolerance:g}; leave out --method, which then is chosen to fit"
+        )
+    return chosen
+
+
+def _asked_for(scene: nj.Scene, camera: nj.Camera, name: str, nodes: int | None) -> Chosen:
+    asked = "as asked for"
+    if name == "chebyshev":
+        method = nj.Chebyshev() if nodes is None else nj.Chebyshev(nodes)
+        phase, intensity = jax.jit(method.error)(scene, camera)
+        return Chosen(scene, method, float(phase), float(intensity), asked)
+    if name == "closed-form":
+        nj.ClosedForm().check(scene)
+        plan = nj.plan(scene, camera, 1e9)  # any error will do: it picks the closed form and says how wrong it is
+        return Chosen(scene, nj.ClosedForm(), plan.phase_error, plan.intensity_error, asked)
+    rounding = float(np.max(jax.jit(nj.Chebyshev(5).fields)(scene, camera).rounding))
+    return Chosen(scene, nj.Traced(), rounding, 2 * np.pi * rounding, asked)
+
+
+def _develop(image, camera: nj.Camera, seed: int | None, from_file: bool):
+    """The image over white, white as a fraction of the incident irradiance, and a line on the noise."""
+    peak = float(image.max())
+    if not peak > 0:
+        raise ValueError("the image is dark everywhere: no beam reaches it; change the scene or the camera")
+    if seed is None:
+        return image / peak, peak, "none (add --expose for a photograph)"
+    if not from_file:
+        camera = replace(camera, exposure=_FILL * float(camera.full_well) / peak)
+    camera = replace(camera, bits=16)
+    fraction = np.asarray(camera.expose(image, jax.random.key(seed))) / 65535
+    white = float(camera.full_well) / float(camera.exposure)
+    noise = (
+        f"shot noise at {float(camera.exposure):.4g} photoelectrons per incident irradiance, "
+        f"read noise of {float(camera.read_noise):g}, seed {seed}"
+    )
+    return fraction, white, noise
+
+
+def _say(request: Request, camera: nj.Camera, chosen: Chosen, white: float, noise: str) -> None:
+    rows, columns = camera.shape
+    method = type(chosen.method).__name__
+    count = getattr(chosen.method, "nodes", None)
+    nodes = f", {count} x {count} nodes" if count else ""
+    coding = "linear" if request.bits == 16 else "sRGB"
+    print(f"image: {request.output}, {rows} x {columns} pixels of {float(camera.pixel_size) * 1e6:g} um")
+    print(f"values: {request.bits} bits, {coding}, white is {white:.6g} of the incident irradiance")
+    print(f"method: {method}{nodes} ({chosen.reason})")
+    print(f"estimated error: {chosen.phase_error:.2g} turns, {chosen.intensity_error:.2g} of the peak intensity")
+    print(f"noise: {noise}")
