@@ -20,6 +20,9 @@ app = typer.Typer(
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; its exit status. Errors go to stderr in one line."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    if not arguments:
+        return _fail("no verb given; give render, fit or demo (newtonjax --help explains them)")
     try:
         return app(args=arguments, prog_name="newtonjax", standalone_mode=False) or 0
     except typer.TyperException as error:
@@ -89,18 +92,22 @@ OutputDir = Annotated[
 Json = Annotated[str | None, typer.Option("--json", metavar="FILE|-", help="Write the answer as JSON (- is stdout).")]
 
 
-@app.callback(invoke_without_command=True)
-def _command(
-    context: typer.Context,
-    version: Annotated[bool, typer.Option("--version", help="Show the version.")] = False,
-) -> None:
-    if version:
+def _show_version(asked: bool) -> bool:
+    if asked:
         from newtonjax import __version__
 
         print(f"newtonjax {__version__}")
         raise typer.Exit
-    if context.invoked_subcommand is None:
-        raise ValueError("no verb given; give render, fit or demo (newtonjax --help explains them)")
+    return asked
+
+
+@app.callback()
+def _command(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
+    """Options that come before a verb."""
 
 
 @app.command()
