@@ -2,6 +2,9 @@
 
 import os
 import tempfile
+from pathlib import Path
+
+import pytest
 
 # Before JAX is imported, and inherited by worker processes and by programs under test: compiled code is shared within
 # one run of the suite and never between two.
@@ -22,3 +25,29 @@ settings.register_profile("suite", deadline=None, derandomize=True, database=Non
 settings.load_profile("suite")
 
 _HOOK = install_import_hook(("newtonjax", "fitting"), "beartype.beartype")
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """The folder of shared photographs, tables and the paper; a test that takes it skips where there is none."""
+    folder = Path(os.environ.get("NEWTONJAX_SHARED", Path(__file__).resolve().parents[2] / "shared"))
+    if not folder.is_dir():
+        pytest.skip(f"no shared material in {folder} (NEWTONJAX_SHARED)")
+    return folder
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item):
+    """Note in its report that a test looked at the shared material: .ci/run wants to see one that did."""
+    report = yield
+    uses = "shared" in getattr(item, "fixturenames", ()) or item.get_closest_marker("shared")
+    if uses and report.when == "call" and not report.skipped:
+        report.user_properties.append(("shared", "yes"))
+    return report
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Count them for .ci/run, also when worker processes ran them."""
+    reports = [report for outcome in ("passed", "failed") for report in terminalreporter.stats.get(outcome, ())]
+    ran = sum(["shared", "yes"] in map(list, report.user_properties) for report in reports)
+    terminalreporter.write_line(f"shared material: {ran} tests ran")
