@@ -2,10 +2,10 @@
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Complex, Float
+from jaxtyping import Array, Complex
 
 from newtonjax.quantities import Scalar, Vector2, as_complex, as_scalar, as_vector, positive, require
-from newtonjax.surfaces import frame
+from newtonjax.surfaces import Direction, frame
 
 
 class Light(eqx.Module):
@@ -25,7 +25,7 @@ class Light(eqx.Module):
         require("wavelength", self.wavelength, "a positive length in metres", positive)
 
 
-def launch_frame(light: Light) -> tuple[Float[Array, "3"], Float[Array, "3"], Float[Array, "3"]]:
+def launch_frame(light: Light) -> tuple[Direction, Direction, Direction]:
     """Two directions across the light, and the direction in which it travels."""
     across_x, across_y, up = frame(light.tilt)
     return across_x, across_y, -up

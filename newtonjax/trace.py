@@ -81,8 +81,8 @@ def gather(scene: Scene) -> tuple[Route, Setting]:
         jnp.asarray(table["action"]),
     )
     setting = Setting(
-        (vertex[0], *launch_frame(scene.light)),
-        (jnp.asarray(scene.screen.vertex), *frame(scene.screen.tilt)),
+        (vertex[0], *map(jnp.asarray, launch_frame(scene.light))),
+        tuple(map(jnp.asarray, (scene.screen.vertex, *frame(scene.screen.tilt)))),
         field_at_launch(scene.light),
         media[exit_medium(itinerary(scene.beams[0], len(scene.surfaces)), len(scene.surfaces))],
     )
