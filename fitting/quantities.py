@@ -5,6 +5,7 @@ import math
 import re
 
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
+_UNIT = re.compile(r"[^\W\d_]+|°")
 _EXAMPLES = {"length": "nm, um, mm, cm or m, as in 589.3nm", "angle": "mrad, rad, deg or arcsec, as in 0.1mrad"}
 
 
@@ -66,11 +67,13 @@ def _factor(unit: str, kind: str) -> float | None:
     """The SI value of one unit; None where pint does not know it or it measures something else."""
     import pint
 
+    if not _UNIT.fullmatch(unit):  # one word: pint itself would go on to products and powers
+        return None
     registry = _registry()
     base = registry.Unit("meter" if kind == "length" else "radian")
     try:
         root = registry.Quantity(1.0, registry.parse_units(unit)).to_root_units()
-    except (pint.PintError, ValueError, TypeError, AttributeError, AssertionError):
+    except (pint.PintError, ValueError):
         return None
     # Root units, not dimensions: to pint an angle is dimensionless, and so is a percentage.
     return float(root.magnitude) if root.units == base else None

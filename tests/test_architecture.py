@@ -86,6 +86,7 @@ def test_imports_inside_a_package_point_one_way(package):
 @pytest.mark.parametrize("package", PACKAGES)
 def test_what_a_package_exports_exists(package):
     for name, module in exports(package).items():
+        assert module in TREES, f"{package} exports {name} from {module}, which is not there"
         names = {node.name for node in TREES[module].body if isinstance(node, ast.ClassDef | ast.FunctionDef)}
         targets = {
             target.id
