@@ -48,9 +48,7 @@ def test_batoid_finds_the_same_two_paths(view, record_property):
     theirs = []
     for word in scene.beams:
         launch = targets
-        for _ in range(
-            12
-        ):  # the launch point lies within a few percent of the landing point: each round gains two digits
+        for _ in range(12):  # launch and landing points nearly agree: each round gains two digits
             landed, path = batoid_path(batoid, scene, word, launch)
             launch = launch + targets - landed
         assert np.abs(landed - targets).max() < 1e-17
