@@ -42,7 +42,7 @@ def height(surface: Surface, x: Float[Array, "..."], y: Float[Array, "..."]) -> 
     vertex = surface.vertex
     dx, dy = x - vertex[0], y - vertex[1]
     axis = frame(surface.tilt)[2]
-    plane = vertex[2] - (axis[0] * dx + axis[1] * dy) / axis[2]
+    plane = vertex[2] - (axis[0] / axis[2] * dx + axis[1] / axis[2] * dy)
     if is_concrete(surface.curvature) and np.all(np.asarray(surface.curvature) == 0):
         return plane
     return plane + sag(surface.curvature, dx * dx + dy * dy)
@@ -72,7 +72,7 @@ def axis_amplitude(scene: Scene, word: str) -> Float[Array, ""]:
 def closed_fields(scene: Scene, x: Float[Array, "..."], y: Float[Array, "..."]) -> Fields:
     """The fields of equal-thickness fringes at points (x, y) of the gap [m]; constant amplitudes."""
     short, long = (axis_amplitude(scene, word) for word in sorted(scene.beams, key=len))
-    phase = gap_opd(scene, x, y) / scene.wavelength
+    phase = gap_opd(scene, x, y) * (1 / scene.wavelength)  # one division, not one per pixel
     ones = jnp.ones((1,) * phase.ndim)
     return Fields(
         background=(short**2 + long**2) * ones,
