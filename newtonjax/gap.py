@@ -2,14 +2,14 @@
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from newtonjax.beams import itinerary
 from newtonjax.fields import Fields
 from newtonjax.fresnel import amplitudes
 from newtonjax.quantities import Scalar, as_complex, is_concrete
 from newtonjax.scene import Scene
-from newtonjax.surfaces import Surface, frame, sag
+from newtonjax.surfaces import SHALLOW, Surface, frame, sag
 
 
 def gap_of(scene: Scene) -> int | None:
@@ -34,7 +34,7 @@ def gap_of(scene: Scene) -> int | None:
     return None
 
 
-def height(surface: Surface, x: Float[Array, "..."], y: Float[Array, "..."]) -> Float[Array, "..."]:
+def height(surface: Surface, x: Float[Array, "..."], y: Float[Array, "..."], profile=sag) -> Float[Array, "..."]:
     """Z of a surface over the point (x, y) [m]: an upright sphere, or a plane of any tilt.
 
     The exact sphere where it has a curvature that is traced or not 0; a plane costs no square root.
@@ -45,14 +45,24 @@ def height(surface: Surface, x: Float[Array, "..."], y: Float[Array, "..."]) -> 
     plane = vertex[2] - (axis[0] / axis[2] * dx + axis[1] / axis[2] * dy)
     if is_concrete(surface.curvature) and np.all(np.asarray(surface.curvature) == 0):
         return plane
-    return plane + sag(surface.curvature, dx * dx + dy * dy)
+    return plane + profile(surface.curvature, dx * dx + dy * dy)
 
 
-def gap_opd(scene: Scene, x: Float[Array, "..."], y: Float[Array, "..."]) -> Float[Array, "..."]:
+def is_shallow(scene: Scene, x: Float[Array, "..."], y: Float[Array, "..."]) -> Bool[Array, ""]:
+    """Whether `shallow_sag` holds for both faces of the gap at all points."""
+    upper = gap_of(scene)
+    steepest = jnp.zeros(())
+    for surface in scene.surfaces[upper : upper + 2]:
+        dx, dy = x - surface.vertex[0], y - surface.vertex[1]
+        steepest = jnp.maximum(steepest, surface.curvature**2 * ((dx * dx).max() + (dy * dy).max()))
+    return steepest <= SHALLOW
+
+
+def gap_opd(scene: Scene, x: Float[Array, "..."], y: Float[Array, "..."], profile=sag) -> Float[Array, "..."]:
     """2 n t(x, y): the round trip through the gap along z [m]."""
     upper = gap_of(scene)
     above, below = scene.surfaces[upper], scene.surfaces[upper + 1]
-    return 2 * scene.media[upper + 1] * (height(above, x, y) - height(below, x, y))
+    return 2 * scene.media[upper + 1] * (height(above, x, y, profile) - height(below, x, y, profile))
 
 
 def axis_amplitude(scene: Scene, word: str) -> Float[Array, ""]:
@@ -69,10 +79,10 @@ def axis_amplitude(scene: Scene, word: str) -> Float[Array, ""]:
     return total
 
 
-def closed_fields(scene: Scene, x: Float[Array, "..."], y: Float[Array, "..."]) -> Fields:
+def closed_fields(scene: Scene, x: Float[Array, "..."], y: Float[Array, "..."], profile=sag) -> Fields:
     """The fields of equal-thickness fringes at points (x, y) of the gap [m]; constant amplitudes."""
     short, long = (axis_amplitude(scene, word) for word in sorted(scene.beams, key=len))
-    phase = gap_opd(scene, x, y) * (1 / scene.wavelength)  # one division, not one per pixel
+    phase = gap_opd(scene, x, y, profile) * (1 / scene.wavelength)  # one division, not one per pixel
     ones = jnp.ones((1,) * phase.ndim)
     return Fields(
         background=(short**2 + long**2) * ones,

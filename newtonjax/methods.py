@@ -11,8 +11,9 @@ from jaxtyping import Array, Float
 from newtonjax import chebyshev
 from newtonjax.camera import Camera
 from newtonjax.fields import Fields, fields_at, intensity, opd_at, polar
-from newtonjax.gap import closed_fields, gap_opd, why_not_closed
+from newtonjax.gap import closed_fields, gap_opd, is_shallow, why_not_closed
 from newtonjax.scene import Scene
+from newtonjax.surfaces import sag, shallow_sag
 from newtonjax.turns import cos_turns
 
 
@@ -155,9 +156,14 @@ class ClosedForm(AbstractMethod):
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
         x, y = camera.axes()
-        fields = closed_fields(scene, x[None, :], y[:, None])
-        # The envelope is real: no sine, which would cost as much again as the cosine.
-        return fields.background + fields.envelope[0].real * cos_turns(fields.phase[0])
+        x, y = x[None, :], y[:, None]
+
+        def image(profile):
+            fields = closed_fields(scene, x, y, profile)
+            # The envelope is real: no sine, which would cost as much again as the cosine.
+            return fields.background + fields.envelope[0].real * cos_turns(fields.phase[0])
+
+        return jax.lax.cond(is_shallow(scene, x, y), lambda: image(shallow_sag), lambda: image(sag))
 
     def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
         x, y = camera.axes()
