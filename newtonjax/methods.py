@@ -18,7 +18,10 @@ from newtonjax.turns import cos_turns
 
 
 class ErrorEstimate(NamedTuple):
-    """Bounds of a method's error: phase [turns], and intensity over the image's largest intensity."""
+    """Bounds of a method's error: phase [turns], and intensity over the peak.
+
+    The peak is the largest background plus the fringes' amplitude: an image that shows a dark fringe only stays below.
+    """
 
     phase: Float[Array, ""]
     intensity: Float[Array, ""]

@@ -28,7 +28,7 @@ class Plan:
     - `scene`: the scene without the beams that cannot matter.
     - `dropped`: their words.
     - `phase_error`: bound [turns].
-    - `intensity_error`: bound, over the image's largest intensity, dropped beams included.
+    - `intensity_error`: bound, over the peak as in `ErrorEstimate`, dropped beams included.
     - `reason`: one sentence.
     """
 
@@ -123,7 +123,7 @@ def _closed_error(scene: Scene, camera: Camera, traced: Fields) -> ErrorEstimate
     closed = closed_fields(scene, points[:, 0], points[:, 1])
     (size, phase), (true_size, true_phase) = polar(closed), polar(traced)
     wrong = jnp.abs(phase - true_phase)
-    wrong = jnp.abs(wrong - jnp.round(wrong))
+    wrong = jnp.abs(wrong - jnp.round(wrong)) + traced.rounding
     error = jnp.abs(closed.background - traced.background) + jnp.abs(jnp.abs(size) - jnp.abs(true_size))[0]
     error = error + 2 * jnp.pi * (wrong * jnp.abs(true_size))[0]
     peak = traced.background.max() + jnp.abs(true_size).max()
