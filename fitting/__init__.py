@@ -1,0 +1,17 @@
+"""fitting: the layer that turns an image of rings into a lens radius with a standard deviation."""
+
+from importlib import import_module
+
+_HOME = {"FitResult": "result", "Parameter": "result", "fit": "measure", "read": "photo", "result_figure": "plot"}
+
+__all__ = sorted(_HOME)
+
+
+def __getattr__(name: str):
+    if name not in _HOME:
+        raise AttributeError(f"module 'fitting' has no attribute {name!r}; it has {', '.join(__all__)}")
+    return getattr(import_module(f"fitting.{_HOME[name]}"), name)
+
+
+def __dir__():
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,165 @@
+"""Least squares on fringe moments: curvature, centre and phase with a smooth background and contrast."""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optimistix as optx
+from jaxtyping import Array, Bool, Float
+from numpy.polynomial.chebyshev import chebvander
+
+from fitting.models import Local
+from fitting.moments import BACKGROUND, ENVELOPE, Moments, degrees, model_coefficients, node_grid, residuals
+
+# Degree of the contrast, at most; backgrounds and contrasts that are tried, as (degree, degree).
+CONTRAST = 4
+SHAPES = ((0, 0), (1, 0), (1, 1), (2, 1), (2, 2), (3, 2), (4, 2), (4, 4), (6, 4))
+
+
+class Unknowns(NamedTuple):
+    """The free numbers: the model's, and the coefficients of background and contrast by `degrees`."""
+
+    model: Float[Array, " free"]
+    background: Float[Array, " low"]
+    contrast: Float[Array, " contrast"]
+
+
+class Solution(NamedTuple):
+    """A least-squares optimum.
+
+    - `unknowns`; `chi2` over the whole image; `converged`.
+    - `jacobian` [basis, unknowns]: of the residuals, in the order of the flattened unknowns.
+    - `active`: which of these are free.
+    - `excursion`: largest distance of the phase from the moments' reference, over the nodes [turns].
+    - `image`: background coefficients, modulus and phase at the nodes; `moments.synthesize` makes the picture of it.
+    """
+
+    unknowns: Unknowns
+    chi2: Float[Array, ""]
+    converged: Bool[Array, ""]
+    jacobian: Float[Array, "basis unknowns"]
+    active: Bool[Array, " unknowns"]
+    excursion: Float[Array, ""]
+    image: tuple[Array, Array, Array]
+
+
+def flatten(unknowns: Unknowns) -> Float[Array, " unknowns"]:
+    return jnp.concatenate(list(unknowns))
+
+
+def _contrast_at_nodes() -> np.ndarray:
+    x, y = node_grid(ENVELOPE + 1)
+    order = degrees(CONTRAST)
+    return chebvander(y, CONTRAST)[:, order[:, 0]] * chebvander(x, CONTRAST)[:, order[:, 1]]
+
+
+def fields(local: Local, unknowns: Unknowns) -> tuple[Array, Array, Array]:
+    """Background coefficients, and modulus and phase at the nodes."""
+    phase, shape = local(unknowns.model)
+    return unknowns.background, shape * (jnp.asarray(_contrast_at_nodes()) @ unknowns.contrast), phase
+
+
+def _misfit(unknowns: Unknowns, arguments) -> Float[Array, " residuals"]:
+    local, kept, active, scale = arguments
+    image = residuals(kept, model_coefficients(*fields(local, unknowns), kept.reference))
+    # A coefficient that is not free is held by a residual of its own: the model's at its value, the others at zero.
+    rest = Unknowns(unknowns.model - local.free, unknowns.background, unknowns.contrast)
+    return jnp.concatenate([image * scale, jnp.where(active, 0.0, flatten(rest))])
+
+
+@eqx.filter_jit
+def solve(local: Local, kept: Moments, start: Unknowns, active: Bool[Array, " unknowns"]) -> Solution:
+    """The optimum next to a start, by Levenberg and Marquardt's method (optimistix) on the moments."""
+    low, high = jnp.split(active[len(local.free) :], [len(start.background)])
+    start = Unknowns(local.free, jnp.where(low, start.background, 0.0), jnp.where(high, start.contrast, 0.0))
+    solver = optx.LevenbergMarquardt(rtol=1e-9, atol=1e-11)
+    arguments = (local, kept, active, 1 / jnp.sqrt(kept.power))
+    found = optx.least_squares(_misfit, solver, start, arguments, max_steps=60, throw=False)
+    unknowns = found.value
+
+    def image(u):
+        return residuals(kept, model_coefficients(*fields(local, u), kept.reference))
+
+    left = image(unknowns)
+    return Solution(
+        unknowns,
+        left @ left + kept.rest,
+        found.result == optx.RESULTS.successful,
+        jnp.concatenate(list(jax.jacfwd(image)(unknowns)), axis=1),
+        active,
+        jnp.abs(local(unknowns.model)[0] - kept.reference).max(),
+        fields(local, unknowns),
+    )
+
+
+@eqx.filter_jit
+def linear_start(local: Local, kept: Moments) -> Unknowns:
+    """Background and contrast of full degree by linear least squares, for a model's numbers as they are."""
+    low, high = len(degrees(BACKGROUND)), len(degrees(CONTRAST))
+
+    def image(linear):
+        unknowns = Unknowns(local.free, linear[:low], linear[low:])
+        return residuals(kept, model_coefficients(*fields(local, unknowns), kept.reference))
+
+    zero = jnp.zeros(low + high)
+    slope = jax.jacfwd(image)(zero)
+    best = jnp.linalg.lstsq(slope, -image(zero), rcond=1e-10)[0]
+    return Unknowns(local.free, best[:low], best[low:])
+
+
+def active_mask(free: int, background: int, contrast: int, held: tuple[int, ...] = ()) -> np.ndarray:
+    """Which unknowns are free for degrees of background and contrast; `held` of the model's numbers are not."""
+    model = np.array([k not in held for k in range(free)])
+    low, high = (degrees(limit).sum(axis=1) <= d for limit, d in ((BACKGROUND, background), (CONTRAST, contrast)))
+    return np.concatenate([model, low, high])
+
+
+def choose_shape(solution: Solution, free: int, pixels: float, held: tuple[int, ...] = ()) -> tuple[int, int]:
+    """Degrees of background and contrast with the least Bayesian information criterion (Schwarz 1978).
+
+    Judged on the linearized model at the optimum of full degree: setting the other coefficients to zero costs a rise of
+    chi-squared that linear algebra gives at once.
+    """
+    jacobian, unknowns = np.asarray(solution.jacobian), np.asarray(flatten(solution.unknowns))
+    full, chi2 = np.asarray(solution.active), float(solution.chi2)
+    variance = chi2 / max(pixels - full.sum(), 1)
+
+    def criterion(shape):
+        kept = active_mask(free, *shape, held) & full
+        dropped = full & ~kept
+        away = jacobian[:, dropped] @ unknowns[dropped]
+        rest = away - jacobian[:, kept] @ np.linalg.lstsq(jacobian[:, kept], away, rcond=1e-10)[0]
+        return rest @ rest / variance + kept.sum() * np.log(pixels)
+
+    return min(SHAPES, key=criterion)
+
+
+def covariance(solution: Solution, variance: float) -> np.ndarray:
+    """Covariance of the flattened unknowns for a variance per unit weight; zero where not free.
+
+    By singular values of the Jacobian: directions below 1e-10 of the largest, in columns of unit length, have no finite
+    variance, and raise LinAlgError.
+    """
+    active = np.asarray(solution.active)
+    jacobian = np.asarray(solution.jacobian)[:, active]
+    length = np.linalg.norm(jacobian, axis=0)
+    if np.any(length == 0):
+        raise np.linalg.LinAlgError("a free number does not change the image")
+    _, singular, right = np.linalg.svd(jacobian / length, full_matrices=False)
+    if singular[-1] < 1e-10 * singular[0]:
+        raise np.linalg.LinAlgError("two free numbers change the image alike")
+    inner = (right.T / singular**2) @ right * variance / np.outer(length, length)
+    total = np.zeros((len(active),) * 2)
+    total[np.ix_(active, active)] = inner
+    return total
+
+
+def background_only(kept: Moments) -> Float[Array, ""]:
+    """Chi-squared of the best background without fringes."""
+    low = len(degrees(BACKGROUND))
+    columns = np.asarray(kept.root)[:, :low]
+    target = np.asarray(kept.target)
+    left = target - columns @ np.linalg.lstsq(columns, target, rcond=1e-10)[0]
+    return left @ left + kept.rest

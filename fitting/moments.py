@@ -1,0 +1,152 @@
+"""Fringe moments: a few hundred numbers that hold the whole image's Gaussian likelihood.
+
+For a reference phase φ0 and smooth fields, sums over pixels of w e^{2πi m φ0} T_i(x) T_j(y) are taken once. The model
+is written in the basis {T, T cos 2πφ0, -T sin 2πφ0}; its weighted Gram matrix follows from the moments by
+T_i T_j = (T_{i+j} + T_{|i-j|}) / 2, and with the eigenvectors of that matrix chi-squared becomes a sum of as many
+squares as there are basis functions, up to a constant. Exact for any model whose fields the basis resolves.
+"""
+
+from functools import partial
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from newtonjax import chebyshev
+from newtonjax.turns import cos_turns, sin_turns
+
+# Degrees of the basis: of the background alone, and of the envelope, which also carries e^{2πi(φ-φ0)}. A phase within a
+# quarter turn of the reference needs about 12 more degrees than the contrast has (measured in tests/test_moments.py).
+BACKGROUND, ENVELOPE = 6, 16
+_BLOCK = 64
+# Directions in which the data hold less than this share of the largest eigenvalue are rounding, not data.
+_RANK = 1e-13
+
+
+class Moments(NamedTuple):
+    """What is kept of an image.
+
+    - `root` [basis, basis], `target` [basis]: chi-squared = |root coefficients - target|² + `rest`.
+    - `reference`: the reference phase at the envelope's nodes (row by row) [turns].
+    - `weight`: sum of the weights; `power`: weighted sum of squares about the weighted mean.
+    """
+
+    root: Float[Array, "basis basis"]
+    target: Float[Array, " basis"]
+    rest: Float[Array, ""]
+    reference: Float[Array, " nodes"]
+    weight: Float[Array, ""]
+    power: Float[Array, ""]
+
+
+def degrees(limit: int) -> np.ndarray:
+    """(degree in y, degree in x) of every product of Chebyshev polynomials up to a total degree, lowest first."""
+    both = [(j, i) for total in range(limit + 1) for j in range(total + 1) for i in [total - j]]
+    return np.array(both)
+
+
+def node_grid(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """X and y in [-1, 1] of a grid of Chebyshev nodes, row by row."""
+    at = chebyshev.nodes(count)
+    y, x = np.meshgrid(at, at, indexing="ij")
+    return x.ravel(), y.ravel()
+
+
+def sums(image, weights, phase_nodes) -> Float[Array, "8 degrees degrees"]:
+    """Σ_pixels q T_j(y) T_i(x) for q = w, w cos, w sin, w cos2, w sin2, wd, wd cos, wd sin; by blocks of rows."""
+    rows, columns = image.shape
+    count = 2 * ENVELOPE + 1
+    blocks = -(-rows // _BLOCK)
+    spare = blocks * _BLOCK - rows
+    along_x = jnp.asarray(chebyshev.basis(columns, count).T)
+    along_y = jnp.asarray(np.pad(chebyshev.basis(rows, count), ((0, 0), (0, spare))))
+    n = round(phase_nodes.shape[0] ** 0.5)
+    phase_rows = chebyshev.coefficients(phase_nodes).T @ along_y[:n]
+    phase_x = jnp.asarray(chebyshev.basis(columns, n))
+
+    def block(total, part):
+        d, w, y, turns = part
+        phase = turns[:, :1] * phase_x[0]
+        for k in range(1, n):
+            phase = phase + turns[:, k : k + 1] * phase_x[k]
+        c, s = cos_turns(phase), sin_turns(phase)
+        wd = w * d
+        products = jnp.stack([w, w * c, w * s, w * (2 * c * c - 1), 2 * w * c * s, wd, wd * c, wd * s])
+        return total + jnp.einsum("yj,qyi->qji", y, products @ along_x, precision="highest"), None
+
+    def split(table):
+        return jnp.pad(table, ((0, spare), (0, 0))).reshape(blocks, _BLOCK, -1)
+
+    parts = (
+        split(image),
+        split(weights),
+        along_y.T.reshape(blocks, _BLOCK, -1),
+        phase_rows.T.reshape(blocks, _BLOCK, -1),
+    )
+    return jax.lax.scan(block, jnp.zeros((8, count, count)), parts)[0]
+
+
+def _gram(table: Float[Array, "degrees degrees"], left: np.ndarray, right: np.ndarray) -> Float[Array, "left right"]:
+    """Σ q (T_a T_b) for pairs of basis functions, from the moments of q."""
+    (jl, il), (jr, ir) = left.T[:, :, None], right.T[:, None, :]
+    total = 0.0
+    for j in (jl + jr, abs(jl - jr)):
+        for i in (il + ir, abs(il - ir)):
+            total = total + table[j, i]
+    return total / 4
+
+
+@jax.jit
+def moments(
+    image: Float[Array, "rows columns"], weights: Float[Array, "rows columns"], reference: Float[Array, " nodes"]
+) -> Moments:
+    """Moments of an image with weights (1/variance, 0 where masked) about a reference phase at the nodes [turns]."""
+    w, wc, ws, wc2, ws2, wd, wdc, wds = sums(image, weights, reference)
+    low, high = degrees(BACKGROUND), degrees(ENVELOPE)
+    cross = jnp.concatenate([_gram(wc, low, high), -_gram(ws, low, high)], axis=1)
+    flat, even, odd = _gram(w, high, high), _gram(wc2, high, high), _gram(ws2, high, high)
+    fringes = jnp.block([[flat + even, -odd], [-odd, flat - even]]) / 2
+    gram = jnp.block([[_gram(w, low, low), cross], [cross.T, fringes]])
+    data = jnp.concatenate([wd[tuple(low.T)], wdc[tuple(high.T)], -wds[tuple(high.T)]])
+    value, vector = jnp.linalg.eigh(gram)
+    kept = value > _RANK * value[-1]
+    root = jnp.sqrt(jnp.where(kept, value, 0.0))
+    target = jnp.where(kept, (vector.T @ data) / jnp.where(kept, root, 1.0), 0.0)
+    square = jnp.sum(weights * image**2)
+    return Moments(
+        root[:, None] * vector.T,
+        target,
+        square - target @ target,
+        reference,
+        w[0, 0],
+        square - wd[0, 0] ** 2 / w[0, 0],
+    )
+
+
+def model_coefficients(background, modulus, phase, reference) -> Float[Array, " basis"]:
+    """Coefficients of background + modulus cos 2πphase in the basis about a reference phase.
+
+    `background`: coefficients by `degrees(BACKGROUND)`; the others: values at the envelope's nodes.
+    """
+    away = phase - reference
+    both = jnp.stack([modulus * cos_turns(away), modulus * sin_turns(away)])
+    table = chebyshev.coefficients(both)
+    high = degrees(ENVELOPE)
+    return jnp.concatenate([background, table[:, high[:, 0], high[:, 1]].ravel()])
+
+
+def residuals(kept: Moments, coefficients: Float[Array, " basis"]) -> Float[Array, " basis"]:
+    """Numbers whose squares sum to chi-squared less `kept.rest`."""
+    return kept.root @ coefficients - kept.target
+
+
+@partial(jax.jit, static_argnames="shape")
+def synthesize(background, modulus, phase, shape: tuple[int, int]) -> Float[Array, "rows columns"]:
+    """The model at every pixel; arguments as in `model_coefficients`."""
+    low = degrees(BACKGROUND)
+    table = jnp.zeros((BACKGROUND + 1,) * 2).at[low[:, 0], low[:, 1]].set(background)
+    (smooth,) = chebyshev.expand(table[None], shape)
+    size, turns = chebyshev.expand(chebyshev.coefficients(jnp.stack([modulus, phase])), shape)
+    return smooth + size * cos_turns(turns)

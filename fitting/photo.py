@@ -1,0 +1,151 @@
+"""Photographs: from a file or an array to a linear grey image, a mask, and what was decided on the way."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from scipy import ndimage
+
+from fitting.start import smooth
+
+_CHANNELS = ("red", "green", "blue")
+# A code this near the top of its range no longer follows the light.
+_SATURATED = 0.98
+
+
+@dataclass(frozen=True)
+class Photograph:
+    """An image made ready for a fit.
+
+    - `image` [rows, columns]: linear in the light, largest unmasked value about 1.
+    - `mask` [rows, columns]: True where a pixel may be used.
+    - `channel`: which was taken; `transfer`: how codes became light; `warnings`: what a person should know.
+    """
+
+    image: np.ndarray
+    mask: np.ndarray
+    channel: str
+    transfer: str
+    warnings: list[str] = field(default_factory=list)
+
+
+def read(
+    source: str | Path | np.ndarray, transfer: str | float | None = None, mask: np.ndarray | None = None
+) -> Photograph:
+    """A photograph from a file or an array [rows, columns] or [rows, columns, channels].
+
+    Without `transfer`, 8-bit codes are taken as sRGB, 16-bit files and floats as linear; it may be "linear", "srgb" or
+    an exponent. Of a colour image the channel with most fringe contrast over noise that is not saturated is taken.
+    Saturated pixels and those outside of the lit field are masked, with those where `mask` is False.
+
+    Raises FileNotFoundError, and ValueError for what is no image.
+    """
+    raw = _load(source) if isinstance(source, str | Path) else np.asarray(source)
+    planes, top = _planes(raw)
+    curve, name = _transfer(transfer, raw.dtype)
+    channel = max(range(planes.shape[2]), key=lambda c: _merit(planes[:, :, c], top))
+    code = planes[:, :, channel]
+    usable = np.isfinite(code) & (code < _SATURATED * top)
+    light = curve(np.where(np.isfinite(code), code, 0.0) / (top if np.isfinite(top) else 1.0))
+    usable &= _lit(light)
+    warnings = []
+    if mask is not None:
+        mask = np.asarray(mask, dtype=bool)
+        if mask.shape != code.shape:
+            raise ValueError(f"mask has shape {mask.shape}; allowed: the image's, {code.shape}")
+        usable &= mask
+    if usable.sum() < 64:
+        raise ValueError(f"{usable.sum()} pixels can be used of {code.size}; the image is saturated, dark or masked")
+    saturated = float(np.mean(code >= _SATURATED * top))
+    if saturated > 0.02:
+        warnings.append(f"{saturated:.0%} of the pixels are saturated and were left out; expose less")
+    scale = float(np.percentile(light[usable], 99.5)) or 1.0
+    labels = _CHANNELS if planes.shape[2] == 3 else ("grey",)
+    return Photograph(light / scale, usable, labels[channel], name, warnings)
+
+
+def _load(path: str | Path) -> np.ndarray:
+    import imageio.v3 as iio
+
+    path = Path(path)
+    if not path.is_file():
+        raise FileNotFoundError(f"{path} is no file; give the path of a photograph (PNG, JPEG, TIFF, WebP)")
+    try:
+        return np.asarray(iio.imread(path, index=0, plugin="pillow", rotate=True))
+    except Exception as error:  # the plugins raise whatever their decoder raises
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise ValueError(f"{path} cannot be read as an image ({reason}); allowed: PNG, JPEG, TIFF, WebP") from error
+
+
+def _planes(raw: np.ndarray) -> tuple[np.ndarray, float]:
+    if raw.ndim not in (2, 3) or min(raw.shape[:2]) < 16:
+        raise ValueError(
+            f"an image of shape {raw.shape} was given; allowed: [rows, columns] or with channels, 16 pixels up"
+        )
+    if raw.ndim == 3 and raw.shape[2] not in (1, 2, 3, 4):
+        raise ValueError(f"an image with {raw.shape[2]} channels was given; allowed: 1 to 4")
+    if not (np.issubdtype(raw.dtype, np.integer) or np.issubdtype(raw.dtype, np.floating)):
+        raise ValueError(f"an image of type {raw.dtype} was given; allowed: integers or floats")
+    top = float(np.iinfo(raw.dtype).max) if np.issubdtype(raw.dtype, np.integer) else np.inf
+    planes = raw[:, :, None] if raw.ndim == 2 else raw[:, :, : 3 if raw.shape[2] >= 3 else 1]
+    planes = planes.astype(float)
+    if (
+        planes.shape[2] == 3
+        and np.array_equal(planes[..., 0], planes[..., 1])
+        and np.array_equal(planes[..., 1], planes[..., 2])
+    ):
+        planes = planes[:, :, :1]
+    return planes, top
+
+
+def _transfer(transfer: str | float | None, dtype: np.dtype):
+    if transfer is None:
+        transfer = "srgb" if np.issubdtype(dtype, np.integer) and dtype.itemsize == 1 else "linear"
+    if transfer == "linear":
+        return (lambda code: code), "linear"
+    if transfer == "srgb":
+        # IEC 61966-2-1: linear below 0.04045, else ((c + 0.055) / 1.055)^2.4.
+        return (lambda c: np.where(c <= 0.04045, c / 12.92, ((np.maximum(c, 0.04045) + 0.055) / 1.055) ** 2.4)), "srgb"
+    try:
+        exponent = float(transfer)
+    except (TypeError, ValueError):
+        exponent = np.nan
+    if not 0.1 <= exponent <= 10:
+        raise ValueError(f"transfer is {transfer!r}; allowed: 'linear', 'srgb', or an exponent from 0.1 to 10")
+    return (lambda code: np.maximum(code, 0.0) ** exponent), f"exponent {exponent:g}"
+
+
+def _merit(plane: np.ndarray, top: float) -> float:
+    """Contrast at fringe scales over pixel noise, less what is saturated."""
+    plane = np.nan_to_num(plane)
+    reduced = plane[: plane.shape[0] // 2 * 2, : plane.shape[1] // 2 * 2]
+    reduced = (reduced[::2, ::2] + reduced[1::2, ::2] + reduced[::2, 1::2] + reduced[1::2, 1::2]) / 4
+    band = ndimage.gaussian_filter(reduced, 1.0) - ndimage.gaussian_filter(reduced, max(reduced.shape) / 25)
+    contrast = np.percentile(np.abs(band), 75)
+    noise = np.median(np.abs(np.diff(reduced, axis=1) - np.roll(np.diff(reduced, axis=1), 1, axis=0))) / 2
+    saturated = np.mean(plane >= _SATURATED * top)
+    return float(contrast / (noise + 0.02 * contrast + 1e-30) * np.sqrt(contrast) * (1 - saturated) ** 4)
+
+
+def _lit(light: np.ndarray) -> np.ndarray:
+    """The part of the frame inside the field stop: everything, unless a dark surround stands clearly apart."""
+    width = max(2.0, min(light.shape) / 40)
+    from skimage.filters import threshold_otsu
+
+    blurred = smooth(light, width)
+
+    if np.ptp(blurred) == 0:
+        return np.ones(light.shape, bool)
+    threshold = threshold_otsu(blurred)
+    bright = blurred > threshold
+    high, low = blurred[bright].mean(), blurred[~bright].mean()
+    between = bright.mean() * (1 - bright.mean()) * (high - low) ** 2 / blurred.var()
+    if between < 0.7 or low > 0.5 * high:
+        return np.ones(light.shape, bool)
+    # Halfway down the edge lies the stop; the blur's width further in, light is no longer cut.
+    field = ndimage.binary_fill_holes(blurred > (high + low) / 2 - 0.15 * (high - low))
+    labels, count = ndimage.label(field)
+    if count > 1:
+        sizes = ndimage.sum_labels(field, labels, range(1, count + 1))
+        field = labels == 1 + int(np.argmax(sizes))
+    return ndimage.binary_erosion(field, iterations=max(1, round(width)), border_value=1)

@@ -1,0 +1,198 @@
+"""Finding rings without help: a matched filter for r² fringes over curvature and centre, from coarse to fine.
+
+A ring pattern cos 2π(k |x - c|² + ψ) times e^{-2πi k |x|²} is a plane wave of frequency -2 k c: for every k on a grid
+one Fourier transform looks at all centres at once, inside the frame and outside of it. What the coarse image finds is
+refined on finer ones: the factor e^{-2πi k |x - c|²} is a product of a row and a column, so that the image comes down
+to a few hundred phasors by two matrix products, on which the same filter runs again.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial.chebyshev import chebvander
+from scipy import fft, ndimage
+
+_COARSEST = 128
+_BLOCKS = 32
+
+
+@dataclass(frozen=True)
+class Rings:
+    """Where the rings are: fringe scale k = s²/(R λ) [turns per pixel²], centre (x, y) [px], and phase.
+
+    The phase [turns] is that of the cosine at the centre. `match` is the share of the image's fringe power (background
+    and envelope divided out) that the rings explain.
+    """
+
+    scale: float
+    centre: tuple[float, float]
+    phase: float
+    match: float
+
+
+def flatten(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
+    """Fringes alone: a masked polynomial background taken off, the local strength divided out, a soft window on.
+
+    Zero where masked. The background has degree 4: with less, a bright middle passes for the first ring.
+    """
+    rows, columns = image.shape
+    step = max(1, int(np.sqrt(mask.sum() / 40_000)))
+    thin = (slice(None, None, step),) * 2
+    used = mask[thin]
+    design_y, design_x = (chebvander(np.linspace(-1, 1, n), 4) for n in (rows, columns))
+    pairs = [(j, i) for j in range(5) for i in range(5 - j)]
+    design = np.stack([np.outer(design_y[::step, j], design_x[::step, i])[used] for j, i in pairs], axis=1)
+    weights = np.zeros((5, 5))
+    weights[tuple(np.transpose(pairs))] = np.linalg.lstsq(design, image[thin][used], rcond=None)[0]
+    fringes = np.where(mask, image - design_y @ weights @ design_x.T, 0.0)
+    width = min(rows, columns) / 8
+    power = smooth(fringes**2, width) / (smooth(mask.astype(float), width) + 1e-6)
+    floor = 0.05 * np.median(power[mask])
+    window = _taper(rows)[:, None] * _taper(columns)[None]
+    return (fringes / np.sqrt(np.maximum(power, 0) + floor + 1e-30) * window).astype(np.float32)
+
+
+def smooth(image: np.ndarray, width: float) -> np.ndarray:
+    """A Gaussian blur of a standard deviation of many pixels, taken on a grid coarse enough to be quick."""
+    factor = max(1, int(width / 4))
+    padded = np.pad(image, [(0, -n % factor) for n in image.shape], mode="edge")
+    small = ndimage.gaussian_filter(_reduce(padded, factor), width / factor, mode="nearest")
+    for axis, n in enumerate(image.shape):
+        at = (np.arange(n) + 0.5) / factor - 0.5
+        low = np.clip(np.floor(at).astype(int), 0, small.shape[axis] - 2) if small.shape[axis] > 1 else np.zeros(n, int)
+        part = np.clip(at - low, 0, 1).reshape([-1 if a == axis else 1 for a in range(2)])
+        high = np.minimum(low + 1, small.shape[axis] - 1)
+        small = np.take(small, low, axis) * (1 - part) + np.take(small, high, axis) * part
+    return small
+
+
+def _taper(n: int) -> np.ndarray:
+    edge = np.clip(np.minimum(np.arange(n) + 0.5, n - np.arange(n) - 0.5) / (0.08 * n), 0, 1)
+    return np.sin(np.pi / 2 * edge) ** 2
+
+
+def _reduce(image: np.ndarray, factor: int) -> np.ndarray:
+    rows, columns = (n // factor * factor for n in image.shape)
+    return image[:rows, :columns].reshape(rows // factor, factor, columns // factor, factor).mean(axis=(1, 3))
+
+
+def _scales(half_diagonal: float, fewest: float = 0.4) -> np.ndarray:
+    """Fringe scales to try: spaced by half a turn at the rim of what is resolved (slower than 2 px a half fringe)."""
+    scales, k = [], fewest / half_diagonal**2
+    while k < 0.015:
+        scales.append(k)
+        k += 0.4 / min(half_diagonal, 0.25 / k) ** 2
+    return np.array(scales)
+
+
+def search(fringes: np.ndarray, count: int = 4) -> list[Rings]:
+    """The best few candidates of the matched filter on an image of at most a few hundred pixels a side."""
+    rows, columns = fringes.shape
+    x, y = np.arange(columns) - (columns - 1) / 2, np.arange(rows) - (rows - 1) / 2
+    size = fft.next_fast_len(int(1.5 * max(rows, columns)))
+    frequency = fft.fftfreq(size)
+    total = float((fringes**2).sum()) * np.count_nonzero(fringes) + 1e-30
+    found = []
+    for k in _scales(0.5 * np.hypot(rows, columns)):
+        chirp_y, chirp_x = (np.exp(-2j * np.pi * k * a * a).astype(np.complex64) for a in (y, x))
+        spectrum = fft.fft2(fringes * chirp_y[:, None] * chirp_x[None], (size, size), workers=2)
+        power = spectrum.real**2 + spectrum.imag**2
+        at = np.unravel_index(int(np.argmax(power)), power.shape)
+        match = 2 * float(power[at]) / total
+        centre = (-frequency[at[1]] / (2 * k) + (columns - 1) / 2, -frequency[at[0]] / (2 * k) + (rows - 1) / 2)
+        found.append(Rings(float(k), centre, 0.0, match))
+    found.sort(key=lambda rings: -rings.match)
+    distinct: list[Rings] = []
+    for rings in found:
+        if all(abs(np.log(rings.scale / other.scale)) > 0.15 for other in distinct):
+            distinct.append(rings)
+        if len(distinct) == count:
+            break
+    return distinct
+
+
+def _phasors(fringes: np.ndarray, rings: Rings) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The image against the candidate, averaged over blocks: a small complex grid, and its block centres x, y [px]."""
+    tables = []
+    for n, centre in zip(fringes.shape[::-1], rings.centre, strict=True):
+        position, count = np.arange(n), min(_BLOCKS, n)
+        block = position * count // n
+        table = np.zeros((n, count), np.complex64)
+        table[position, block] = np.exp(-2j * np.pi * rings.scale * (position - centre) ** 2)
+        tables.append((table, np.bincount(block, position) / np.bincount(block)))
+    (along_x, x), (along_y, y) = tables
+    # Two real products: a complex one would first copy the whole image to complex numbers.
+    half = fringes @ np.concatenate([along_x.real, along_x.imag], axis=1)
+    return along_y.T @ (half[:, : len(x)] + 1j * half[:, len(x) :]), x, y
+
+
+def refine(fringes: np.ndarray, rings: Rings) -> Rings:
+    """Correct a candidate's scale, centre and phase on an image, from the phasors that are left over its blocks."""
+    grid, x, y = _phasors(fringes, rings)
+    middle = (x.mean(), y.mean())
+    dx, dy = x - middle[0], y - middle[1]
+    reach2 = dx[-1] ** 2 + dy[-1] ** 2
+    size = 3 * _BLOCKS
+    best = (-1.0, 0.0, 0.0, 0.0)
+    for bend in np.linspace(-2.4, 2.4, 25) / reach2:
+        chirped = grid * np.exp(-2j * np.pi * bend * dy**2)[:, None] * np.exp(-2j * np.pi * bend * dx**2)[None]
+        power = np.abs(fft.fft2(chirped, (size, size)))
+        at = np.unravel_index(int(np.argmax(power)), power.shape)
+        if power[at] > best[0]:
+            frequency = fft.fftfreq(size)
+            best = (float(power[at]), float(bend), frequency[at[1]] / (x[1] - x[0]), frequency[at[0]] / (y[1] - y[0]))
+    _, bend, *slope = best
+    # The leftover phase bend |x - m|² + f·(x - m) is added to k |x - c|²: both are quadratics.
+    scale = rings.scale + bend
+    if scale <= 0:
+        return rings
+    shifted = zip(rings.centre, middle, slope, strict=True)
+    return _settle(
+        fringes, Rings(scale, tuple((rings.scale * c + bend * m - f / 2) / scale for c, m, f in shifted), 0, 0)
+    )
+
+
+def _settle(fringes: np.ndarray, rings: Rings) -> Rings:
+    grid, _, _ = _phasors(fringes, rings)
+    total = complex(grid.sum())
+    power = float((fringes.astype(float) ** 2).sum()) * np.count_nonzero(fringes) + 1e-30
+    return Rings(rings.scale, rings.centre, float(np.angle(total)) / (2 * np.pi), float(2 * abs(total) ** 2 / power))
+
+
+def find_rings(image: np.ndarray, mask: np.ndarray) -> Rings:
+    """Rings in an image, without a start value: centre inside or outside of the frame, any phase and contrast.
+
+    Candidates are found on the coarsest image and followed to the finest one; the best match there wins.
+    """
+    fringes = flatten(image, mask)
+    factor = max(1, -(-max(image.shape) // _COARSEST))
+    found = [_scaled(rings, factor) for rings in search(_reduce(fringes, factor))]
+    while True:
+        small = _reduce(fringes, factor)
+        found = [_scaled(_polish(small, _scaled(rings, 1 / factor)), factor) for rings in found]
+        found = sorted(found, key=lambda rings: -rings.match)
+        if factor == 1:
+            return found[0]
+        found = found[: 3 if factor > 3 else 2]
+        factor = factor // 2
+
+
+def follow(image: np.ndarray, mask: np.ndarray, rings: Rings) -> Rings:
+    """The rings next to a given scale and centre."""
+    return _polish(flatten(image, mask), rings)
+
+
+def _scaled(rings: Rings, factor: float) -> Rings:
+    """The same rings on pixels `factor` times smaller."""
+    offset = (factor - 1) / 2
+    return Rings(rings.scale / factor**2, tuple(factor * c + offset for c in rings.centre), rings.phase, rings.match)
+
+
+def _polish(fringes: np.ndarray, rings: Rings) -> Rings:
+    best = _settle(fringes, rings)
+    for _ in range(3):
+        trial = refine(fringes, best)
+        if trial.match <= best.match * (1 + 1e-3):
+            break
+        best = trial
+    return best
