@@ -138,14 +138,15 @@ def _picture(result) -> bytes:
     from fitting.plot import result_figure
 
     file = io.BytesIO()
-    result_figure(result).savefig(file, format="png", dpi=150)
+    result_figure(result).savefig(file, format="png", dpi=120)
     return file.getvalue()
 
 
 def _comparison(result, truth: float) -> str:
     if result.radius is None:
-        return f"true radius: {truth:.6g} m; the fit gave none"
+        return f"true radius: {truth:.6g} m; found: none"
+    away = abs(result.radius - truth) / result.radius_sd
     return (
-        f"true radius: {truth:.6g} m; the fit gave {result.radius:.6g} m with a standard deviation of "
-        f"{result.radius_sd:.2g} m: {abs(result.radius - truth) / result.radius_sd:.1f} of them away"
+        f"true radius: {truth:.6g} m; found: {result.radius:.6g} +/- {result.radius_sd:.2g} m, "
+        f"{away:.2g} standard deviations away"
     )
