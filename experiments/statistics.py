@@ -1,9 +1,9 @@
 """Claim: on rendered rings the fit always locks, is unbiased, attains the Cramér–Rao bound, and says so.
 
-Reflected rings seen in the gap, scaled to [0, 1], Gaussian noise of standard deviation 0.05, 512 x 512 pixels, 589.3 nm,
-the centre 13.3 and -8.7 px off. For each radius: how many of the seeds lock, scatter of the radius over the bound,
-mean bias over the scatter, and reported over true standard deviation. The bound is that of the model that is fitted
-(six unknowns where the image calls for no more), by central differences of the exact model over all pixels.
+Reflected rings seen in the gap, scaled to [0, 1], Gaussian noise of standard deviation 0.05, 512 x 512 pixels,
+589.3 nm, the centre 13.3 and -8.7 px off. For each radius: how many of the seeds lock, scatter of the radius over the
+bound, mean bias over the bound, and reported standard deviation over the bound. The bound is that of the model that is
+fitted (six unknowns where the image calls for no more), by central differences of the exact model over all pixels.
 
     python experiments/statistics.py [--seeds 1000] [--processes 2] [--quick]
 """

@@ -56,8 +56,10 @@ def unwrap(result: FitResult) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nd
     rows, columns = np.nonzero(picture.weights > 0)
     dx, dy = columns - x0, rows - y0
     r2 = np.linspace(np.min(dx * dx + dy * dy), np.max(dx * dx + dy * dy), 900)
-    angles = np.arctan2(dy, dx)
-    angle = np.linspace(angles.min(), angles.max(), 360)
+    # Counted from the lit field's side, so that arcs are not cut where the angle wraps.
+    side = np.arctan2(dy.mean(), dx.mean())
+    angles = np.angle(np.exp(1j * (np.arctan2(dy, dx) - side)))
+    angle = np.linspace(angles.min(), angles.max(), 360) + side
     x, y = x0 + np.sqrt(r2) * np.cos(angle)[:, None], y0 + np.sqrt(r2) * np.sin(angle)[:, None]
     inside = (x >= 0) & (y >= 0) & (x <= image.shape[1] - 1) & (y <= image.shape[0] - 1)
     weight = ndimage.map_coordinates((picture.weights > 0).astype(float), [y, x], order=1, mode="constant")
