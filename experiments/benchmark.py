@@ -17,8 +17,9 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from statistics import median
 from time import perf_counter
+
+import numpy as np
 
 RESULTS = Path(__file__).parent / "results"
 RADIUS, WAVELENGTH, PIXEL = 2.0, 500e-9, 5e-6
@@ -46,11 +47,14 @@ LONG = {"reflected", "nodes17", "fields", "render planned"}
 SLOW = {"cos": 4, "batoid": 20, "numba": 20, "drjit": 20, "render planned": 4, "jacobian": 2, "one render": 2}
 
 
+def median(values) -> float:
+    return float(np.median(list(values)))
+
+
 def contenders(size: int, nodes: dict[str, int]):
     """Name -> function without arguments, each returning what has to be waited for."""
     import jax
     import jax.numpy as jnp
-    import numpy as np
     import peers
 
     import newtonjax as nj
@@ -135,7 +139,6 @@ def child_size(size: int, rounds: int) -> dict:
     """A copy and an image of one size."""
     import jax
     import jax.numpy as jnp
-    import numpy as np
 
     import newtonjax as nj
 
