@@ -1,5 +1,6 @@
 """Scenes and cameras in TOML files: SI floats, every field checked, nothing rounded."""
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Annotated
@@ -98,6 +99,17 @@ class SceneFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     camera: CameraTable | None = None
 
 
+_TABLES = {
+    name: table.__struct_fields__
+    for name, table in {
+        "newton_rings": RingsTable,
+        "air_wedge": WedgeTable,
+        "surfaces": SurfaceTable,
+        "screen": SurfaceTable,
+        "light": LightTable,
+        "camera": CameraTable,
+    }.items()
+}
 _BY_HAND = ("surfaces", "media", "beams", "light", "screen")
 
 
@@ -110,10 +122,27 @@ def load_scene(path: str | Path) -> tuple[Scene, Camera | None]:
     if not path.is_file():
         raise FileNotFoundError(f"{path} is no file; give the path of a scene in TOML (see docs/scene.toml)")
     try:
-        table = msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), SceneFile)
+        given = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = _convert(given)
         return _scene(table), _camera(table.camera)
-    except (ValueError, tomllib.TOMLDecodeError) as error:
+    except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
+
+
+def _convert(given: dict) -> SceneFile:
+    """The file's tables, checked; what msgspec says of a bad one, with the value and the fields that it leaves out."""
+    try:
+        return msgspec.convert(given, SceneFile)
+    except msgspec.ValidationError as error:
+        problem, _, place = str(error).partition(" - at `$")
+        names, value, known = re.findall(r"\w+", place), given, SceneFile.__struct_fields__
+        for name in names:
+            value = value[int(name)] if isinstance(value, list) else value[name]
+            known = _TABLES.get(name, known)
+        where = place.strip(".`")
+        if isinstance(value, dict):
+            raise ValueError(f"[{where}] {problem}; it takes {', '.join(known)}") from None
+        raise ValueError(f"{where} is {value!r}; allowed: {problem.removeprefix('Expected ')}") from None
 
 
 def _scene(table: SceneFile) -> Scene:

@@ -1,0 +1,135 @@
+"""Scenes and cameras in TOML files."""
+
+import jax
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import newtonjax as nj
+
+
+def assert_same(one, other):
+    """The same tree, and every number the same to the last bit."""
+    assert jax.tree.structure(one) == jax.tree.structure(other)
+    for a, b in zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True):
+        np.testing.assert_array_equal(a, b)
+        np.testing.assert_array_equal(np.signbit(a), np.signbit(b))
+
+
+def assert_round_trip(path, scene, camera=None):
+    path.unlink(missing_ok=True)
+    nj.save_scene(path, scene, camera)
+    back, its_camera = nj.load_scene(path)
+    assert_same(back, scene)
+    assert_same(its_camera, camera)
+
+
+@pytest.mark.parametrize("view", ["transmitted", "reflected"])
+@pytest.mark.parametrize("polarization", [None, 0.1 + 0.2])
+def test_presets_come_back_from_their_files_to_the_last_bit(tmp_path, view, polarization):
+    scene = nj.newton_rings(
+        1 / 3, 589.3e-9, 1e-7 / 3, view, lens_tilt=(0.1 / 3, -1e-300), polarization=polarization, screen="gap"
+    )
+    assert_round_trip(tmp_path / "scene.toml", scene, nj.Camera((3, 4), 1e-6 / 7, (0.1, -2e9), bits=12))
+    assert_round_trip(tmp_path / "wedge.toml", nj.air_wedge(1e-4 / 3, view=view))
+
+
+FLOATS = st.floats(allow_nan=False, allow_infinity=False)
+POSITIVE = st.floats(1e-12, 1e12)
+TWO, THREE = st.tuples(FLOATS, FLOATS), st.tuples(FLOATS, FLOATS, FLOATS)
+SURFACES = st.tuples(FLOATS, THREE, TWO)
+CAMERAS = st.tuples(
+    st.tuples(st.integers(1, 9), st.integers(1, 9)),
+    POSITIVE,
+    st.none() | TWO,
+    POSITIVE,
+    POSITIVE,
+    st.floats(0, 1e6),
+    st.integers(8, 16),
+)
+
+
+@given(
+    surfaces=st.tuples(SURFACES, SURFACES),
+    media=st.tuples(POSITIVE, POSITIVE, POSITIVE),
+    light=st.tuples(POSITIVE, TWO, st.none() | FLOATS),
+    screen=st.tuples(st.just(0.0), THREE, TWO),
+    beams=st.sampled_from([("T0 T1",), ("T0 T1", "T0 R1 R0 T1"), ("R0",)]),
+    camera=st.none() | CAMERAS,
+)
+def test_every_scene_and_camera_comes_back_to_the_last_bit(
+    tmp_path_factory, surfaces, media, light, screen, beams, camera
+):
+    scene = nj.Scene(tuple(nj.Surface(*s) for s in surfaces), media, nj.Light(*light), nj.Surface(*screen), beams)
+    path = tmp_path_factory.getbasetemp() / "any.toml"
+    assert_round_trip(path, scene, None if camera is None else nj.Camera(*camera))
+
+
+def test_a_ready_bench_in_a_file_is_the_one_that_the_call_makes(tmp_path):
+    path = tmp_path / "rings.toml"
+    path.write_text(
+        '[newton_rings]\nradius = 2\nview = "reflected"\nscreen = "gap"\nlens_tilt = [1e-3, 0]\n'
+        "[camera]\nshape = [3, 4]\npixel_size = 5e-6\n"
+    )
+    scene, camera = nj.load_scene(path)
+    assert_same(scene, nj.newton_rings(2.0, view="reflected", screen="gap", lens_tilt=(1e-3, 0.0)))
+    assert_same(camera, nj.Camera((3, 4), 5e-6))
+
+
+@pytest.mark.parametrize(
+    ("text", "messages"),
+    [
+        ("[newton_rings]\nwavelength = -5e-7", ["newton_rings.wavelength is -5e-07; allowed: `float` > 0.0"]),
+        ("[newton_rings]\nradius = 0.0", ["radius is 0.0", "allowed: a non-zero radius"]),
+        ("[newton_rings]\nview = 'sideways'", ["view is 'sideways'", "'transmitted' or 'reflected'"]),
+        ("[newton_rings]\nscreen = 'far'", ["screen is 'far'", "a distance in metres, or 'gap'"]),
+        (
+            "[newton_rings]\nradios = 1.0",
+            ["[newton_rings]", "unknown field `radios`; it takes radius, wavelength, gap"],
+        ),
+        ("[newton_rings]\nradius = '2 m'", ["newton_rings.radius is '2 m'; allowed: `float`, got `str`"]),
+        ("[newton_rings]\nlens_tilt = [1.0]", ["newton_rings.lens_tilt is [1.0]; allowed: `array` of length 2"]),
+        ("[air_wedge]\nangle = 2.0", ["angle is 2.0", "between -1.5 and 1.5"]),
+        ("[newton_rings]\n[camera]\nshape = [0, 4]\npixel_size = 1e-6", ["camera.shape[0] is 0; allowed: `int` >= 1"]),
+        (
+            "[newton_rings]\n[camera]\nshape = [4, 4]",
+            ["[camera]", "missing required field `pixel_size`; it takes shape, pixel_size"],
+        ),
+        ("[newton_rings]\n[air_wedge]", ["newton_rings, air_wedge", "one of [newton_rings], [air_wedge], or"]),
+        ("[newton_ring]", ["unknown field `newton_ring`; it takes newton_rings, air_wedge, surfaces"]),
+        ("[newton_rings]\nbeams = ['T0', 3]", ["newton_rings.beams[1] is 3; allowed: `str`"]),
+        ("[camera]\nshape = [4, 4]\npixel_size = 1e-6", ["neither", "one of [newton_rings]"]),
+        ("beams = ['R0']\nmedia = [1.0, 1.5]", ["missing; a scene by hand takes surfaces, media, beams"]),
+        ("radius = = 2", ["Invalid value"]),
+    ],
+)
+def test_a_bad_file_is_refused_with_its_name_the_field_and_what_is_allowed(tmp_path, text, messages):
+    path = tmp_path / "bad.toml"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=r"bad\.toml: ") as refusal:
+        nj.load_scene(path)
+    for message in messages:
+        assert message in str(refusal.value)
+
+
+@pytest.mark.parametrize("text", ["[newton_rings]\nradius = nan", "[newton_rings]\nwavelength = inf"])
+def test_numbers_that_no_bench_has_are_refused(tmp_path, text):
+    path = tmp_path / "bad.toml"
+    path.write_text(text)
+    with pytest.raises(ValueError, match="allowed"):
+        nj.load_scene(path)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"nowhere\.toml is no file"):
+        nj.load_scene(tmp_path / "nowhere.toml")
+
+
+def test_an_existing_file_is_not_overwritten(tmp_path):
+    path = tmp_path / "scene.toml"
+    nj.save_scene(path, nj.newton_rings())
+    before = path.read_text()
+    with pytest.raises(FileExistsError):
+        nj.save_scene(path, nj.newton_rings(2.0))
+    assert path.read_text() == before
