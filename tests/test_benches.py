@@ -1,0 +1,72 @@
+"""The ready benches."""
+
+import jax
+import numpy as np
+import pytest
+
+import newtonjax as nj
+
+
+def by_hand():
+    """The contract's bench, surface by surface, with numbers worked out on paper."""
+    return nj.Scene(
+        surfaces=(
+            nj.Surface(0.0, (0.0, 0.0, 2e-6 + 5e-3)),
+            nj.Surface(0.5, (0.0, 0.0, 2e-6)),
+            nj.Surface(),
+            nj.Surface(0.0, (0.0, 0.0, -5e-3)),
+        ),
+        media=(1.0, 1.5, 1.0, 1.5, 1.0),
+        light=nj.Light(500e-9),
+        screen=nj.Surface(0.0, (0.0, 0.0, -6e-3)),
+        beams=("T0 T1 T2 T3", "T0 T1 R2 R1 T2 T3"),
+    )
+
+
+def test_a_scene_built_by_hand_from_surfaces_equals_the_preset():
+    preset = nj.newton_rings(2.0, 500e-9, 2e-6)
+    assert jax.tree.structure(preset) == jax.tree.structure(by_hand())
+    for one, other in zip(jax.tree.leaves(preset), jax.tree.leaves(by_hand()), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_a_microscope_on_the_gap_focuses_where_the_glass_shows_it():
+    """Through a plate of thickness d a point is seen at d / n from the plate's far face."""
+    through_plate = nj.newton_rings(2.0, screen="gap", plate_thickness=6e-3, plate_index=1.6)
+    assert abs(through_plate.screen.vertex[2] - (-6e-3 + 6e-3 / 1.6)) < 1e-18
+    through_lens = nj.newton_rings(2.0, screen="gap", view="reflected", lens_thickness=4e-3)
+    assert abs(through_lens.screen.vertex[2] - (4e-3 - 4e-3 / 1.5)) < 1e-18
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"radius": 0.0}, "radius is 0.0; allowed: a non-zero radius"),
+        ({"radius": float("nan")}, "radius is nan; allowed: a non-zero radius"),
+        ({"wavelength": 0.0}, "wavelength is 0.0; allowed: a positive length"),
+        ({"gap": float("inf")}, "gap is inf; allowed: a finite height"),
+        ({"lens_thickness": 0.0}, "lens_thickness is 0.0; allowed: a positive thickness"),
+        ({"plate_thickness": -1.0}, "plate_thickness is -1.0; allowed: a positive thickness"),
+        ({"screen": "near"}, "screen is 'near'; allowed: a distance in metres, or 'gap'"),
+        ({"view": "above"}, "view is 'above'; allowed: 'transmitted' or 'reflected'"),
+        ({"index": -1.5}, "media is .*; allowed: positive refractive indices"),
+    ],
+)
+def test_a_bench_that_cannot_be_is_refused_with_field_value_and_allowed(given, message):
+    with pytest.raises(ValueError, match=message):
+        nj.newton_rings(**given)
+
+
+def test_stacks_of_the_wrong_size_are_refused_with_the_counts():
+    with pytest.raises(ValueError, match="media has 2 refractive indices for 2 surfaces"):
+        nj.Scene((nj.Surface(), nj.Surface()), (1.0, 1.5), nj.Light(5e-7), nj.Surface(), ("T0 T1",))
+    with pytest.raises(ValueError, match=r"screen.curvature is 0.1; allowed: 0"):
+        nj.Scene((nj.Surface(),), (1.0, 1.5), nj.Light(5e-7), nj.Surface(0.1), ("T0",))
+
+
+def test_benches_take_traced_numbers_and_batch():
+    batch = jax.vmap(lambda r: nj.newton_rings(r, gap=1e-7 * r, lens_tilt=(1e-3 * r, 0.0)))(np.array([1.0, 2.0]))
+    np.testing.assert_array_equal(batch.surfaces[1].curvature, [1.0, 0.5])
+    single = nj.newton_rings(2.0, gap=2e-7, lens_tilt=(2e-3, 0.0))
+    for one, many in zip(jax.tree.leaves(single), jax.tree.leaves(batch), strict=True):
+        np.testing.assert_allclose(np.asarray(many)[1] if np.ndim(many) > np.ndim(one) else many, one, rtol=1e-15)
