@@ -62,22 +62,26 @@ def fields(local: Local, unknowns: Unknowns) -> tuple[Array, Array, Array]:
 
 
 def _misfit(unknowns: Unknowns, arguments) -> Float[Array, " residuals"]:
-    local, kept, active, scale = arguments
-    image = residuals(kept, model_coefficients(*fields(local, unknowns), kept.reference))
-    # A coefficient that is not free is held by a residual of its own: the model's at its value, the others at zero.
-    rest = Unknowns(unknowns.model - local.free, unknowns.background, unknowns.contrast)
-    return jnp.concatenate([image * scale, jnp.where(active, 0.0, flatten(rest))])
+    local, kept, active, held, scale = arguments
+    # What is not free stays as it was for the image, and a residual of its own keeps the solver's matrix regular.
+    image = residuals(kept, model_coefficients(*fields(local, _hold(unknowns, active, held)), kept.reference))
+    return jnp.concatenate([image * scale, jnp.where(active, 0.0, flatten(unknowns) - held)])
+
+
+def _hold(unknowns: Unknowns, active: Bool[Array, " unknowns"], held: Float[Array, " unknowns"]) -> Unknowns:
+    sizes = np.cumsum([len(part) for part in unknowns])[:-1]
+    return Unknowns(*jnp.split(jnp.where(active, flatten(unknowns), held), sizes))
 
 
 @eqx.filter_jit
 def solve(local: Local, kept: Moments, start: Unknowns, active: Bool[Array, " unknowns"]) -> Solution:
     """The optimum next to a start, by Levenberg and Marquardt's method (optimistix) on the moments."""
-    low, high = jnp.split(active[len(local.free) :], [len(start.background)])
-    start = Unknowns(local.free, jnp.where(low, start.background, 0.0), jnp.where(high, start.contrast, 0.0))
+    held = jnp.concatenate([local.free, jnp.zeros(len(active) - len(local.free))])
+    start = _hold(start._replace(model=local.free), active, held)
     solver = optx.LevenbergMarquardt(rtol=1e-9, atol=1e-11)
-    arguments = (local, kept, active, 1 / jnp.sqrt(kept.power))
+    arguments = (local, kept, active, held, 1 / jnp.sqrt(kept.power))
     found = optx.least_squares(_misfit, solver, start, arguments, max_steps=60, throw=False)
-    unknowns = found.value
+    unknowns = _hold(found.value, active, held)
 
     def image(u):
         return residuals(kept, model_coefficients(*fields(local, u), kept.reference))

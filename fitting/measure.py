@@ -15,7 +15,7 @@ from fitting.photo import Photograph, read
 from fitting.quantity import Quantities, quantities
 from fitting.result import FitResult
 from fitting.scene_start import scene_start
-from fitting.start import Rings, find_rings, follow
+from fitting.start import Rings, find_rings, follow, plane_wave
 from fitting.summary import refused, summarize
 from newtonjax.gap import gap_of
 from newtonjax.precision import x64
@@ -160,7 +160,6 @@ def _fit_scene(photograph: Photograph, scene: Scene, known: Quantities, gap: Fit
 
 def _robust(model, photograph: Photograph, numbers: np.ndarray, held=(), weights=None) -> Fitted:
     """Fit, and where pixels lie far off the fit, weight them down (Tukey's biweight) and fit again."""
-    model = as_arrays(model)
     weights = photograph.mask.astype(float) if weights is None else weights
     found = _converge(model, photograph, numbers, weights, held)
     for _ in range(2):
@@ -180,13 +179,13 @@ def _converge(model, photograph: Photograph, numbers: np.ndarray, weights: np.nd
     """
     image, weight, count = jnp.asarray(photograph.image), jnp.asarray(weights), len(numbers)
     shape, chosen = (ls.BACKGROUND, ls.CONTRAST), False
-    local = localize(model, jnp.asarray(numbers))
+    local = localize(as_arrays(model), jnp.asarray(numbers))
     kept = moments(image, weight, local.value[0])
     unknowns = ls.linear_start(local, kept)
     for _ in range(_ROUNDS):
         solution = ls.solve(local, kept, unknowns, jnp.asarray(ls.active_mask(count, *shape, held)))
         unknowns = solution.unknowns
-        moved = localize(model, unknowns.model)
+        moved = localize(as_arrays(model), unknowns.model)
         straight = float(jnp.abs(moved.value[0] - solution.image[2]).max()) < _STRAIGHT
         near = float(solution.excursion) < _NEAR
         if near and straight and chosen:
@@ -219,9 +218,12 @@ def _why_refused(found: Fitted, photograph: Photograph, rings: Rings) -> str:
             "a radius needs rings or arcs"
         )
     if explained < 0.12 or rings.match < 0.05:
+        straight = plane_wave(photograph.image, photograph.mask)
+        if straight > 0.3:
+            return f"the fringes are straight (they explain {straight:.0%} of the power); a radius needs rings or arcs"
         return f"no rings: fringes of any radius and centre explain {max(explained, 0):.1%} of the variance at best"
-    if orders < 1.5:
-        return f"the image holds {orders:.2g} fringes; a radius needs at least 1.5"
+    if orders < 1:
+        return f"the image holds {orders:.2g} of a fringe; a radius needs at least one"
     if scale <= 0:
         return "the rings' curvature is not determined"
     return ""

@@ -54,6 +54,7 @@ def node_grid(count: int) -> tuple[np.ndarray, np.ndarray]:
     return x.ravel(), y.ravel()
 
 
+@jax.jit
 def sums(image, weights, phase_nodes) -> Float[Array, "8 degrees degrees"]:
     """Σ_pixels q T_j(y) T_i(x) for q = w, w cos, w sin, w cos2, w sin2, wd, wd cos, wd sin; by blocks of rows."""
     rows, columns = image.shape
@@ -98,12 +99,17 @@ def _gram(table: Float[Array, "degrees degrees"], left: np.ndarray, right: np.nd
     return total / 4
 
 
-@jax.jit
 def moments(
     image: Float[Array, "rows columns"], weights: Float[Array, "rows columns"], reference: Float[Array, " nodes"]
 ) -> Moments:
     """Moments of an image with weights (1/variance, 0 where masked) about a reference phase at the nodes [turns]."""
-    w, wc, ws, wc2, ws2, wd, wdc, wds = sums(image, weights, reference)
+    return _factorize(sums(image, weights, reference), jnp.sum(weights * image**2), reference)
+
+
+@jax.jit
+def _factorize(table: Float[Array, "8 degrees degrees"], square: Float[Array, ""], reference) -> Moments:
+    # Apart from the sums: this part does not depend on the image's shape, and compiles once.
+    w, wc, ws, wc2, ws2, wd, wdc, wds = table
     low, high = degrees(BACKGROUND), degrees(ENVELOPE)
     cross = jnp.concatenate([_gram(wc, low, high), -_gram(ws, low, high)], axis=1)
     flat, even, odd = _gram(w, high, high), _gram(wc2, high, high), _gram(ws2, high, high)
@@ -114,14 +120,13 @@ def moments(
     kept = value > _RANK * value[-1]
     root = jnp.sqrt(jnp.where(kept, value, 0.0))
     target = jnp.where(kept, (vector.T @ data) / jnp.where(kept, root, 1.0), 0.0)
-    square = jnp.sum(weights * image**2)
     return Moments(
-        root[:, None] * vector.T,
-        target,
-        square - target @ target,
-        reference,
-        w[0, 0],
-        square - wd[0, 0] ** 2 / w[0, 0],
+        root=root[:, None] * vector.T,
+        target=target,
+        rest=square - target @ target,
+        reference=reference,
+        weight=w[0, 0],
+        power=square - wd[0, 0] ** 2 / w[0, 0],
     )
 
 

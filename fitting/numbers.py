@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fitting import least_squares as ls
-from fitting.models import SceneModel, change, localize
+from fitting.models import SceneModel, as_arrays, change, localize
 from fitting.moments import model_coefficients, residuals
 from fitting.quantity import EXPONENTS, Quantities
 from fitting.result import Parameter, interval
@@ -114,7 +114,7 @@ def _effect(found, known: Quantities, name: str) -> float:
             moved = replace(model, pixel_size=model.pixel_size * factor)
         else:
             moved = replace(model, scene=change(model.scene, name, factor, model.face))
-        image = ls.fields(localize(moved, unknowns.model), unknowns)
+        image = ls.fields(localize(as_arrays(moved), unknowns.model), unknowns)
         return np.asarray(residuals(found.kept, model_coefficients(*image, found.kept.reference)))
 
     step = 1e-5

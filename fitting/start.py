@@ -99,7 +99,8 @@ def search(fringes: np.ndarray, count: int = 4) -> list[Rings]:
         power = spectrum.real**2 + spectrum.imag**2
         at = np.unravel_index(int(np.argmax(power)), power.shape)
         match = 2 * float(power[at]) / total
-        centre = (-frequency[at[1]] / (2 * k) + (columns - 1) / 2, -frequency[at[0]] / (2 * k) + (rows - 1) / 2)
+        x0, y0 = float(-frequency[at[1]] / (2 * k)), float(-frequency[at[0]] / (2 * k))
+        centre = (x0 + (columns - 1) / 2, y0 + (rows - 1) / 2)
         found.append(Rings(float(k), centre, 0.0, match))
     found.sort(key=lambda rings: -rings.match)
     distinct: list[Rings] = []
@@ -147,9 +148,8 @@ def refine(fringes: np.ndarray, rings: Rings) -> Rings:
     if scale <= 0:
         return rings
     shifted = zip(rings.centre, middle, slope, strict=True)
-    return _settle(
-        fringes, Rings(scale, tuple((rings.scale * c + bend * m - f / 2) / scale for c, m, f in shifted), 0, 0)
-    )
+    x0, y0 = (float((rings.scale * c + bend * m - f / 2) / scale) for c, m, f in shifted)
+    return _settle(fringes, Rings(float(scale), (x0, y0), 0.0, 0.0))
 
 
 def _settle(fringes: np.ndarray, rings: Rings) -> Rings:
@@ -177,15 +177,24 @@ def find_rings(image: np.ndarray, mask: np.ndarray) -> Rings:
         factor = factor // 2
 
 
+def plane_wave(image: np.ndarray, mask: np.ndarray) -> float:
+    """Share of the fringe power that straight, evenly spaced fringes explain."""
+    fringes = flatten(image, mask)
+    small = _reduce(fringes, max(1, max(image.shape) // (2 * _COARSEST)))
+    power = np.abs(fft.fft2(small, tuple(2 * n for n in small.shape), workers=2)) ** 2
+    return float(2 * power.max() / ((small**2).sum() * np.count_nonzero(small) + 1e-30))
+
+
 def follow(image: np.ndarray, mask: np.ndarray, rings: Rings) -> Rings:
     """The rings next to a given scale and centre."""
     return _polish(flatten(image, mask), rings)
 
 
-def _scaled(rings: Rings, factor: float) -> Rings:
+def _scaled(rings: Rings, factor: float | int) -> Rings:
     """The same rings on pixels `factor` times smaller."""
     offset = (factor - 1) / 2
-    return Rings(rings.scale / factor**2, tuple(factor * c + offset for c in rings.centre), rings.phase, rings.match)
+    x, y = (float(factor * c + offset) for c in rings.centre)
+    return Rings(rings.scale / factor**2, (x, y), rings.phase, rings.match)
 
 
 def _polish(fringes: np.ndarray, rings: Rings) -> Rings:

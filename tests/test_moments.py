@@ -1,0 +1,76 @@
+"""Moments hold the image's likelihood: against sums over all pixels in NumPy."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from rings_data import WAVELENGTH, coordinates
+
+from fitting.models import GapModel, as_arrays, frame_of, localize
+from fitting.moments import BACKGROUND, degrees, model_coefficients, moments, residuals, synthesize
+
+SHAPE, PIXEL = (200, 256), 5e-6
+STEEP = WAVELENGTH / PIXEL
+
+
+@pytest.fixture(scope="module")
+def gap_model():
+    return as_arrays(GapModel(frame_of(SHAPE), STEEP))
+
+
+def exact(numbers, smooth, size):
+    """The image of free numbers (as GapModel counts them) in NumPy."""
+    frame = frame_of(SHAPE)
+    turns, x, y, phase = numbers
+    r2 = coordinates(SHAPE, (frame.middle[0] + x * frame.unit, frame.middle[1] + y * frame.unit))
+    k = turns / frame.unit**2
+    argument = 2 * k * r2 / (1 + np.sqrt(1 - (k * STEEP) ** 2 * r2)) + phase
+    tilt = np.linspace(-1, 1, SHAPE[1])[None]
+    return smooth[0] + smooth[1] * tilt + size * np.cos(2 * np.pi * argument), argument
+
+
+def test_log_likelihood_from_moments_equals_the_sum_over_all_pixels(gap_model):
+    rng = np.random.default_rng(3)
+    best = np.array([6.0, 0.05, -0.04, 0.4])
+    truth, phase = exact(best, (0.5, 0.05), 0.4)
+    image = truth + 0.05 * rng.normal(size=SHAPE)
+    weights = (rng.random(SHAPE) > 0.2).astype(float)
+    kept = moments(jnp.asarray(image), jnp.asarray(weights), localize(gap_model, jnp.asarray(best)).value[0])
+    worst = 0.0
+    for _ in range(100):
+        numbers = best + rng.normal(size=4) * [0.1, 0.01, 0.01, 0.1]
+        away = np.abs(exact(numbers, (0.5, 0.05), 0.4)[1] - phase).max()
+        numbers = best + (numbers - best) * min(1.0, 0.25 / away)
+        smooth, size = (0.5 + 0.05 * rng.normal(), 0.05 * rng.normal()), 0.4 + 0.05 * rng.normal()
+        background = np.zeros(len(degrees(BACKGROUND)))
+        background[[0, 1 + int(degrees(1)[1][0] == 1)]] = smooth  # the second one is T_1(x)
+        argument, shape = localize(gap_model, jnp.asarray(numbers)).value
+        left = residuals(kept, model_coefficients(jnp.asarray(background), size * shape, argument, kept.reference))
+        full = np.sum(weights * (image - exact(numbers, smooth, size)[0]) ** 2)
+        worst = max(worst, abs(float(left @ left + kept.rest) - full) / (2 * 0.05**2))
+    assert worst < 1e-3
+
+
+def test_degrees_begin_with_the_constant_then_x_and_y():
+    assert {tuple(pair) for pair in degrees(1)} == {(0, 0), (0, 1), (1, 0)}
+    assert tuple(degrees(2)[0]) == (0, 0)
+    assert len(degrees(6)) == 28
+
+
+def test_synthesized_picture_is_the_model_at_every_pixel(gap_model):
+    numbers = np.array([6.0, 0.3, -0.2, 0.1])
+    argument, shape = localize(gap_model, jnp.asarray(numbers)).value
+    background = jnp.zeros(len(degrees(BACKGROUND))).at[0].set(0.5)
+    picture = synthesize(background, 0.4 * shape, argument, SHAPE)
+    assert np.abs(np.asarray(picture) - exact(numbers, (0.5, 0.0), 0.4)[0]).max() < 1e-9
+
+
+def test_far_from_the_reference_moments_are_wrong_so_fits_must_watch_the_excursion(gap_model):
+    """Two turns away chi-squared is off by far more than one: the reason for `Solution.excursion`."""
+    best, far = np.array([6.0, 0.0, 0.0, 0.4]), np.array([10.0, 0.0, 0.0, 0.4])
+    image = exact(best, (0.5, 0.0), 0.4)[0]
+    kept = moments(jnp.asarray(image), jnp.ones(SHAPE), localize(gap_model, jnp.asarray(best)).value[0])
+    argument, shape = localize(gap_model, jnp.asarray(far)).value
+    background = jnp.zeros(len(degrees(BACKGROUND))).at[0].set(0.5)
+    left = residuals(kept, model_coefficients(background, 0.4 * shape, argument, kept.reference))
+    full = np.sum((image - exact(far, (0.5, 0.0), 0.4)[0]) ** 2)
+    assert abs(float(left @ left + kept.rest) - full) / (2 * 0.05**2) > 1

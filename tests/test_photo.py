@@ -1,0 +1,101 @@
+"""Reading photographs: formats, transfer, channel and mask."""
+
+import imageio.v3 as iio
+import numpy as np
+import pytest
+from rings_data import rings
+
+from fitting.photo import read
+
+
+def codes(image, bits=8):
+    top = 2**bits - 1
+    return np.round(np.clip(image * 0.9, 0, 1) * top).astype(np.uint8 if bits == 8 else np.uint16)
+
+
+def encode_srgb(linear):
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 0.0031308) ** (1 / 2.4) - 0.055)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif", ".webp"])
+def test_eight_bit_files_are_srgb_and_become_linear_light(tmp_path, suffix):
+    light = 0.9 * rings() + 0.05
+    stored = np.round(encode_srgb(light) * 255).astype(np.uint8)
+    stored = np.repeat(stored[..., None], 3, axis=2) if suffix == ".webp" else stored
+    options = {"lossless": True} if suffix == ".webp" else {}
+    iio.imwrite(tmp_path / f"rings{suffix}", stored, **options)
+    photo = read(tmp_path / f"rings{suffix}")
+    ratio = photo.image / light
+    # Half a code of 255 is at most 1.5 % of the light above a tenth.
+    assert np.ptp(ratio[light > 0.1]) < 0.05
+    assert photo.transfer == "srgb"
+
+
+def test_sixteen_bit_files_are_linear(tmp_path):
+    light = 0.9 * rings() + 0.05
+    iio.imwrite(tmp_path / "rings.png", np.round(light * 60000).astype(np.uint16))
+    photo = read(tmp_path / "rings.png")
+    assert photo.transfer == "linear"
+    assert np.ptp(photo.image / light) < 1e-3
+
+
+def test_channel_with_most_unsaturated_contrast_is_taken():
+    light = rings()
+    colour = np.stack([np.full(light.shape, 255), codes(light), codes(0.02 * light)], axis=2).astype(np.uint8)
+    assert read(colour).channel == "green"
+
+
+def test_saturated_pixels_are_masked_and_told():
+    image = codes(rings())
+    image[:60] = 255
+    photo = read(image)
+    assert not photo.mask[:60].any()
+    assert any("saturated" in text for text in photo.warnings)
+
+
+def test_dark_surround_of_a_round_field_is_masked():
+    y, x = np.mgrid[-1:1:256j, -1:1:256j]
+    inside = x * x + y * y < 0.6
+    light = np.where(inside, 0.3 + 0.6 * rings(0.3), 0.01)
+    photo = read(light)
+    assert photo.mask[~inside].mean() < 0.01
+    assert photo.mask[inside].mean() > 0.8
+
+
+@pytest.mark.parametrize("radius", [0.1, 0.3, 1.0, 3.0])
+@pytest.mark.parametrize("dark", [True, False])
+@pytest.mark.parametrize("centre", [(130.0, 120.0), (0.0, 0.0), (20.0, 330.0)])
+def test_a_frame_without_surround_keeps_its_dark_rings(radius, dark, centre):
+    assert read(rings(radius, centre=centre, dark=dark, noise=0.02)).mask.all()
+
+
+@pytest.mark.parametrize("transfer", ["linear", "srgb", 2.2, "2.2"])
+def test_transfer_of_the_user_wins(transfer):
+    assert read(codes(rings()), transfer).transfer in ("linear", "srgb", "exponent 2.2")
+
+
+@pytest.mark.parametrize(
+    ("image", "words"),
+    [
+        (np.zeros((3, 3)), "shape"),
+        (np.zeros(40), "shape"),
+        (np.zeros((64, 64, 7)), "channels"),
+        (np.full((64, 64), np.nan), "can be used"),
+        (np.full((64, 64), 255, np.uint8), "can be used"),
+        (np.array([["a"] * 20] * 20), "type"),
+    ],
+)
+def test_what_is_no_image_is_refused(image, words):
+    with pytest.raises(ValueError, match=words):
+        read(image)
+
+
+def test_missing_and_broken_files_say_so(tmp_path):
+    with pytest.raises(FileNotFoundError, match="is no file"):
+        read(tmp_path / "none.png")
+    for name, content in (("empty.png", b""), ("broken.jpg", b"\xff\xd8\xff\xe0 broken"), ("text.png", b"hello")):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(ValueError, match="cannot be read as an image"):
+            read(tmp_path / name)
+    with pytest.raises(FileNotFoundError, match="is no file"):
+        read(tmp_path)

@@ -1,0 +1,44 @@
+"""Real photographs: found and fitted without any start, or refused. Skipped where the shared folder is absent."""
+
+import numpy as np
+import pytest
+
+import fitting
+
+SODIUM = 589.3e-9
+
+
+def test_ten_millimetre_surface_is_within_one_and_a_half_percent(shared):
+    result = fitting.fit(shared / "photos" / "surface_10mm_laser.png", wavelength=635e-9, pixel_size=1.3612e-6)
+    assert result.status == "ok"
+    assert abs(result.radius / 10.02e-3 - 1) < 0.015
+
+
+def test_metre_lens_is_within_six_percent(shared):
+    result = fitting.fit(shared / "photos" / "lens_1000mm_sodium.jpg", wavelength=SODIUM, pixel_size=12.75e-6)
+    assert result.status == "ok"
+    assert abs(result.radius - 1) < 0.06
+    assert any("neighbouring" in text for text in result.warnings)
+
+
+def test_straight_fringes_of_a_wedge_are_refused(shared):
+    result = fitting.fit(shared / "photos" / "wedge_straight_fringes.jpg", wavelength=SODIUM)
+    assert (result.status, result.radius, result.fringe_scale_per_px2) == ("refused", None, None)
+    assert "straight" in result.message
+
+
+@pytest.mark.parametrize(
+    ("name", "scale", "centre"),
+    [
+        ("phone_1m_crosshair_a.jpg", 2.43e-5, (728, 709)),
+        ("eyepiece_off_centre.jpg", 2.37e-5, (453, 775)),
+        ("eyepiece_centre_outside.jpg", 6.5e-5, (-88, 568)),
+        ("phone_flat_contact.jpg", 8.8e-5, (356, 627)),
+    ],
+)
+def test_unscaled_photographs_lock_without_a_start(shared, name, scale, centre):
+    """Scale and centre read off the drawn rings by eye; the tolerances are a person's."""
+    result = fitting.fit(shared / "photos" / name, wavelength=SODIUM)
+    assert result.status == "no-scale"
+    assert result.fringe_scale_per_px2 == pytest.approx(scale, rel=0.03)
+    assert np.hypot(*np.subtract(result.centre_px, centre)) < 15
