@@ -308,3 +308,26 @@ def test_preparing_twice_is_harmless():
     session.prepare()
     session.prepare()
     assert jax.config.jax_enable_x64
+
+
+# Together
+
+
+def test_the_demo_finds_the_radius_that_its_sample_was_made_with(tmp_path, capsys):
+    folder = tmp_path / "demo"
+    assert main(["demo", "--output-dir", str(folder)]) == 0
+    assert "true radius: 0.8462 m" in capsys.readouterr().out
+    answer = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    assert set(KEYS) <= set(answer)
+    assert abs(answer["radius_m"] - 0.8462) < 3 * answer["radius_sd_m"]
+    assert answer["radius_sd_m"] < 0.005
+    assert imageio.imread(folder / "result.png").shape[0] > 300
+
+
+def test_straight_fringes_are_refused_with_three(shared, capsys):
+    assert main(["fit", str(shared / "photos" / "wedge_straight_fringes.jpg"), "--json", "-"]) == 3
+    printed = capsys.readouterr()
+    answer = json.loads(printed.out)
+    assert (answer["status"], answer["radius_m"]) == ("refused", None)
+    assert "straight" in printed.err
+    assert printed.err.count("\n") == 1
