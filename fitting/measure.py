@@ -17,7 +17,7 @@ from fitting.result import FitResult
 from fitting.scene_start import scene_start
 from fitting.start import Rings, find_rings, follow, plane_wave
 from fitting.summary import refused, summarize
-from newtonjax.gap import gap_of
+from newtonjax.gap import required_gap
 from newtonjax.precision import x64
 from newtonjax.scene import Scene
 
@@ -115,7 +115,7 @@ def _known(arguments: dict, scene: Scene | None) -> Quantities:
         given["index"] = 1.0 if given["index"] is None else given["index"]
         return quantities(given, sd, free)
     curved_surface(scene)  # refuses what a fit cannot take before the image is read
-    for name, value in (("wavelength", scene.wavelength), ("index", scene.media[gap_of(scene) + 1])):
+    for name, value in (("wavelength", scene.wavelength), ("index", scene.media[required_gap(scene) + 1])):
         given[name] = float(value) if given[name] is None else given[name]
     known = quantities(given, sd, free)
     if known.unknown is None:
@@ -182,7 +182,8 @@ def _converge(model, photograph: Photograph, numbers: np.ndarray, weights: np.nd
     local = localize(as_arrays(model), jnp.asarray(numbers))
     kept = moments(image, weight, local.value[0])
     unknowns = ls.linear_start(local, kept)
-    for _ in range(_ROUNDS):
+    rounds = 0
+    while True:
         solution = ls.solve(local, kept, unknowns, jnp.asarray(ls.active_mask(count, *shape, held)))
         unknowns = solution.unknowns
         moved = localize(as_arrays(model), unknowns.model)
@@ -195,35 +196,51 @@ def _converge(model, photograph: Photograph, numbers: np.ndarray, weights: np.nd
             kept = moments(image, weight, local.value[0])
         elif not chosen:
             shape, chosen = ls.choose_shape(solution, count, float(weights.sum()), held), True
+        rounds += 1
+        if rounds == _ROUNDS:
+            break
     return Fitted(model, solution, kept, weights, shape)
 
 
 def _why_refused(found: Fitted, photograph: Photograph, rings: Rings) -> str:
     """Why no radius can be had from a fit of the gap formula; empty where one can."""
+    if bend := _straight(photograph.mask, rings.scale, rings.centre):
+        return bend
+    frame = frame_of(photograph.image.shape)
     turns, x, y, _ = np.asarray(found.solution.unknowns.model)
+    scale = float(turns) / frame.unit**2
     explained = 1 - float(found.solution.chi2) / float(ls.background_only(found.kept))
-    rows, columns = np.nonzero(photograph.mask)
-    frame = found.model.frame
-    dx, dy = columns - frame.middle[0] - x * frame.unit, rows - frame.middle[1] - y * frame.unit
-    r2 = dx * dx + dy * dy
-    scale = turns / frame.unit**2
-    orders = abs(scale) * float(np.ptp(r2))
-    middle = (dx - dx.mean()) ** 2 + (dy - dy.mean()) ** 2
-    bend = abs(scale) * float(middle.max())
     if not (np.isfinite(explained) and np.isfinite(scale)):
         return "the fit has no finite optimum: no rings were recognized"
-    if bend < 1 and orders > 3:
-        return (
-            f"the fringes are straight: their curvature bends {orders:.0f} orders by {bend:.2g} of a fringe only; "
-            "a radius needs rings or arcs"
-        )
     if explained < 0.12 or rings.match < 0.05:
         straight = plane_wave(photograph.image, photograph.mask)
         if straight > 0.3:
             return f"the fringes are straight (they explain {straight:.0%} of the power); a radius needs rings or arcs"
         return f"no rings: fringes of any radius and centre explain {max(explained, 0):.1%} of the variance at best"
+    centre = tuple(float(m + c * frame.unit) for m, c in zip(frame.middle, (x, y), strict=True))
+    if bend := _straight(photograph.mask, scale, centre):
+        return bend
+    orders = abs(scale) * float(np.ptp(_squared_distance(photograph.mask, centre)))
     if orders < 1:
         return f"the image holds {orders:.2g} of a fringe; a radius needs at least one"
     if scale <= 0:
         return "the rings' curvature is not determined"
     return ""
+
+
+def _squared_distance(mask: np.ndarray, centre: tuple[float, float]) -> np.ndarray:
+    rows, columns = np.nonzero(mask)
+    return (columns - centre[0]) ** 2 + (rows - centre[1]) ** 2
+
+
+def _straight(mask: np.ndarray, scale: float, centre: tuple[float, float]) -> str:
+    """That many fringes cross the field without bending by one: then their curvature is no ring's. Empty otherwise."""
+    rows, columns = np.nonzero(mask)
+    orders = abs(scale) * float(np.ptp(_squared_distance(mask, centre)))
+    bend = abs(scale) * float(_squared_distance(mask, (columns.mean(), rows.mean())).max())
+    if bend >= 1 or orders <= 3:
+        return ""
+    return (
+        f"the fringes are straight: over {orders:.0f} of them the curvature bends one by {bend:.2g} of their distance; "
+        "a radius needs rings or arcs"
+    )

@@ -45,13 +45,20 @@ def result_figure(result: FitResult) -> Figure:
     profile.plot(r2[covered], mean[1], color="tab:red", lw=1, label="model")
     profile.set(xlabel="r² [px²]", ylabel="mean over angle", title="radial profile")
     profile.legend(loc="upper right")
+    for axes in (unwrapped, profile):
+        axes.ticklabel_format(axis="x", style="sci", scilimits=(0, 0))
     figure.suptitle(_title(result))
     return figure
 
 
 def unwrap(result: FitResult) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Photograph and model on a grid of angle (down) and r² (across), NaN where masked; r² [px²] and angle [rad]."""
+    """Photograph and model on a grid of angle (down) and r² (across), NaN where masked; r² [px²] and angle [rad].
+
+    Raises ValueError for a result without a centre or a model image.
+    """
     picture = result.picture
+    if picture is None or result.centre_px is None:
+        raise ValueError(f"a result of status {result.status!r} has no rings to unwrap; give one that has a centre")
     image, (x0, y0) = picture.photograph.image, result.centre_px
     rows, columns = np.nonzero(picture.weights > 0)
     dx, dy = columns - x0, rows - y0
