@@ -60,6 +60,10 @@ def scene_of(values, view, method):
     return eqx.tree_at(lambda s: s.surfaces[1].curvature, scene, curvature), camera
 
 
+# The derivative is tested, not its speed: a third less to wait for.
+QUICKLY = {"xla_backend_optimization_level": 0}
+
+
 @cache
 def kernels(view, method):
     """Compiled once for all places: many images, the forward Jacobian, and one reverse pass."""
@@ -72,10 +76,11 @@ def kernels(view, method):
         return METHODS[method].image(rebuild(vector + flat[start.size :]), camera).ravel()
 
     names = [f"preset {k}" for k in range(start.size)] + [f"leaf {k}" for k in range(leaves)]
+    reverse = jax.jit(lambda at, weight: jax.vjp(image, at)[1](weight)[0], compiler_options=QUICKLY)
     return (
-        jax.jit(jax.vmap(image)),
-        jax.jit(jax.jacfwd(image)),
-        jax.jit(lambda at, weight: jax.vjp(image, at)[1](weight)[0]),
+        jax.jit(jax.vmap(image), compiler_options=QUICKLY),
+        jax.jit(jax.jacfwd(image), compiler_options=QUICKLY),
+        reverse,
         names,
     )
 

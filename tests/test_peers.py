@@ -54,7 +54,7 @@ def test_batoid_finds_the_same_two_paths(view, record_property):
         assert np.abs(landed - targets).max() < 1e-17
         theirs.append(path)
     error = 2 * np.pi * np.abs(ours - (theirs[1] - theirs[0])).max() / WAVELENGTH
-    record_property("radians", error)
+    record_property("radians", float(error))
     assert error < RADIANS
 
 

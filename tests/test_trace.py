@@ -53,7 +53,7 @@ def largest_difference(scenes, benches, words, points=POINTS):
 def test_path_difference_of_the_rings_is_exact_to_1e_9_turns(view, record_property):
     scenes = [nj.newton_rings(wavelength=WAVELENGTH, **{"radius": 2.0, **b}, view=view) for b in BENCHES.values()]
     error = largest_difference(scenes, [oracles.rings(view, **bench) for bench in BENCHES.values()], WORDS[view])
-    record_property("turns", error)
+    record_property("turns", float(error))
     assert error < TURNS
 
 
@@ -68,7 +68,7 @@ def test_path_difference_stays_exact_with_each_surface_tilted_alone(view, record
         benches[k].faces[k].tilt = tilt
     benches[4].screen.tilt = tilt
     error = largest_difference(scenes, benches, WORDS[view])
-    record_property("turns", error)
+    record_property("turns", float(error))
     assert error < TURNS
 
 
@@ -81,7 +81,7 @@ def test_path_difference_of_the_wedge_is_exact_to_1e_9_turns(view, record_proper
         oracles.rings(view, radius=float("inf"), lens_tilt=(0.0, -a), **m) for a, m in zip(angles, more, strict=True)
     ]
     error = largest_difference(scenes, benches, WORDS[view])
-    record_property("turns", error)
+    record_property("turns", float(error))
     assert error < TURNS
 
 
