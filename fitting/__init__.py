@@ -4,7 +4,7 @@ from importlib import import_module
 
 _HOME = {"FitResult": "result", "Parameter": "result", "fit": "measure", "read": "photo", "result_figure": "plot"}
 
-__all__ = sorted(_HOME)
+__all__ = sorted(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]  # lazy exports: one table names them
 
 
 def __getattr__(name: str):

@@ -130,7 +130,7 @@ def choose_shape(solution: Solution, free: int, pixels: float, held: tuple[int, 
     full, chi2 = np.asarray(solution.active), float(solution.chi2)
     variance = chi2 / max(pixels - full.sum(), 1)
 
-    def criterion(shape):
+    def criterion(shape: tuple[int, int]):
         kept = active_mask(free, *shape, held) & full
         dropped = full & ~kept
         away = jacobian[:, dropped] @ unknowns[dropped]
@@ -166,4 +166,4 @@ def background_only(kept: Moments) -> Float[Array, ""]:
     columns = np.asarray(kept.root)[:, :low]
     target = np.asarray(kept.target)
     left = target - columns @ np.linalg.lstsq(columns, target, rcond=1e-10)[0]
-    return left @ left + kept.rest
+    return kept.rest + left @ left

@@ -217,7 +217,7 @@ def _why_refused(found: Fitted, photograph: Photograph, rings: Rings) -> str:
         if straight > 0.3:
             return f"the fringes are straight (they explain {straight:.0%} of the power); a radius needs rings or arcs"
         return f"no rings: fringes of any radius and centre explain {max(explained, 0):.1%} of the variance at best"
-    centre = tuple(float(m + c * frame.unit) for m, c in zip(frame.middle, (x, y), strict=True))
+    centre = (frame.middle[0] + float(x) * frame.unit, frame.middle[1] + float(y) * frame.unit)
     if bend := _straight(photograph.mask, scale, centre):
         return bend
     orders = abs(scale) * float(np.ptp(_squared_distance(photograph.mask, centre)))

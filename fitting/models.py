@@ -15,7 +15,7 @@ from numpy.polynomial.chebyshev import chebvander
 from fitting.moments import ENVELOPE, node_grid
 from newtonjax import chebyshev
 from newtonjax.fields import fields_at, polar
-from newtonjax.gap import gap_of
+from newtonjax.gap import required_gap
 from newtonjax.scene import Scene
 
 # The quantities of which the image measures one when the others are given: k = n s² / (R λ).
@@ -124,11 +124,7 @@ def as_arrays(tree):
 
 def curved_surface(scene: Scene) -> int:
     """Index of the one curved face of the gap. Raises ValueError where there is none, or more than one."""
-    upper = gap_of(scene)
-    if upper is None:
-        raise ValueError(
-            f"the scene follows {len(scene.beams)} beams; a fit takes two that differ by one round trip in one gap"
-        )
+    upper = required_gap(scene)
     curved = [k for k in (upper, upper + 1) if float(scene.surfaces[k].curvature) != 0]
     if len(curved) != 1:
         raise ValueError(f"{len(curved)} faces of the gap are curved; a fit of the radius takes one")
@@ -140,7 +136,7 @@ def change(scene: Scene, quantity: str, factor, face: int) -> Scene:
     if quantity == "wavelength":
         return eqx.tree_at(lambda s: s.light.wavelength, scene, scene.wavelength * factor)
     if quantity == "index":
-        at = gap_of(scene) + 1
+        at = required_gap(scene) + 1
         media = jnp.asarray(scene.media)
         return eqx.tree_at(lambda s: s.media, scene, media.at[at].multiply(factor))
     return eqx.tree_at(lambda s: s.surfaces[face].curvature, scene, scene.surfaces[face].curvature / factor)
@@ -149,7 +145,7 @@ def change(scene: Scene, quantity: str, factor, face: int) -> Scene:
 def raise_lens(scene: Scene, height) -> Scene:
     """The scene with everything above its gap raised [m], the screen too if it stands there."""
     up = jnp.array([0.0, 0.0, 1.0]) * height
-    upper = gap_of(scene)
+    upper = required_gap(scene)
 
     def moved(s: Scene):
         parts = [s.surfaces[k].vertex for k in range(upper + 1)]

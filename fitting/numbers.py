@@ -10,7 +10,7 @@ from fitting.moments import model_coefficients, residuals
 from fitting.quantity import EXPONENTS, Quantities
 from fitting.result import Parameter, interval
 from fitting.scene_start import gap_height
-from newtonjax.gap import gap_of
+from newtonjax.gap import required_gap
 
 
 def measured(found, known: Quantities, view: str, covariance: np.ndarray) -> dict:
@@ -34,7 +34,7 @@ def measured(found, known: Quantities, view: str, covariance: np.ndarray) -> dic
         "centre_px": centre,
     }
     parameters = {name: Parameter(value, float(sd), False) for name, value, sd in place}
-    if known.unknown is None:
+    if known.unknown is None or gap is None:
         missing = " and ".join(name for name in ("wavelength", "pixel_size") if name not in known.given)
         return common | {
             "status": "no-scale",
@@ -91,10 +91,10 @@ def _of_scene(model: SceneModel, known: Quantities, free: np.ndarray):
         "radius": abs(1 / float(scene.surfaces[model.face].curvature)),
         "wavelength": float(scene.wavelength),
         "pixel_size": float(model.pixel_size),
-        "index": float(scene.media[gap_of(scene) + 1]),
+        "index": float(scene.media[required_gap(scene) + 1]),
     }
-    slope, period = values[known.unknown], values["wavelength"] / 2
-    values[known.unknown] *= 1 + float(free[0])
+    slope, period = values[known.measured], values["wavelength"] / 2
+    values[known.measured] *= 1 + float(free[0])
     scale = values["index"] * values["pixel_size"] ** 2 / (values["radius"] * values["wavelength"])
     return values | {"fringe_scale_per_px2": scale}, slope, gap_height(scene) + float(free[3]) * period, period
 
@@ -106,7 +106,7 @@ def _effect(found, known: Quantities, name: str) -> float:
     Newton's normal equations; ∂r/∂p is a central difference of 1e-5, small against a turn and large against rounding.
     """
     if not isinstance(found.model, SceneModel):
-        return -EXPONENTS[name] / EXPONENTS[known.unknown]
+        return -EXPONENTS[name] / EXPONENTS[known.measured]
     unknowns, model = found.solution.unknowns, found.model
 
     def left(factor):

@@ -142,19 +142,21 @@ def _lit(light: np.ndarray) -> np.ndarray:
         return everything
     bright = blurred > threshold_otsu(blurred)
     high, low = blurred[bright].mean(), blurred[~bright].mean()
-    field = _largest(ndimage.binary_fill_holes(bright))
-    dark = ndimage.binary_erosion(~field, iterations=round(2 * width), border_value=1)
+    field = _largest(np.asarray(ndimage.binary_fill_holes(bright)))
+    dark = np.asarray(ndimage.binary_erosion(~field, iterations=round(2 * width), border_value=1), bool)
     if low > 0.5 * high or dark.mean() < 0.15 or (bright & ~field).sum() > 0.01 * bright.sum():
         return everything
     if np.subtract(*np.percentile(blurred[dark], [90, 10])) > 0.65 * (high - low):
         return everything
     # Near halfway down the edge lies the stop; the blur's width further in, light is no longer cut.
-    field = _largest(ndimage.binary_fill_holes(blurred > low + 0.35 * (high - low)))
+    field = _largest(np.asarray(ndimage.binary_fill_holes(blurred > low + 0.35 * (high - low))))
     return ndimage.binary_erosion(field, iterations=round(width), border_value=1)
 
 
 def _largest(field: np.ndarray) -> np.ndarray:
-    labels, count = ndimage.label(field)
+    labels = np.zeros(field.shape, np.int32)
+    ndimage.label(field, output=labels)
+    count = int(labels.max())
     if count < 2:
         return field
     return labels == 1 + int(np.argmax(ndimage.sum_labels(field, labels, range(1, count + 1))))

@@ -16,15 +16,23 @@ class Quantities:
     sd: dict[str, float]
     unknown: str | None
 
+    @property
+    def measured(self) -> str:
+        """The unknown quantity. Raises ValueError where too little is given to measure one."""
+        if self.unknown is None:
+            missing = ", ".join(name for name in EXPONENTS if name not in self.given)
+            raise ValueError(f"{missing} are not given; one quantity can be measured when the other three are given")
+        return self.unknown
+
     def solve(self, scale: float) -> float:
         """The unknown quantity for a fringe scale [1/px²]."""
-        exponent = EXPONENTS[self.unknown]
+        exponent = EXPONENTS[self.measured]
         known = sum(EXPONENTS[name] * np.log(value) for name, value in self.given.items())
         return float(np.exp((np.log(scale) - known) / exponent))
 
     def values(self, scale: float) -> dict[str, float]:
         """All four quantities for a fringe scale."""
-        return {**self.given, self.unknown: self.solve(scale)}
+        return {**self.given, self.measured: self.solve(scale)}
 
     def steepness(self, scale: float) -> float:
         """Curvature of the sphere in 1/px over the fringe scale [px]; 0 where the quantities do not tell."""

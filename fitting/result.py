@@ -95,7 +95,7 @@ class FitResult:
             unit = "" if self.measured == "index" else "_m"
             parameter = self.parameters[self.measured]
             found |= {f"{self.measured}{unit}": parameter.value, f"{self.measured}_sd{unit}": parameter.sd}
-        return _finite(found)
+        return {key: _finite(value) for key, value in found.items()}
 
     def report(self) -> str:
         """The result as text: the answer, its budget, the parameters, and what was modelled."""

@@ -7,7 +7,7 @@ import numpy as np
 from fitting.models import Frame, SceneModel, as_arrays, change, curved_surface, localize
 from fitting.quantity import Quantities
 from newtonjax.fields import fields_at
-from newtonjax.gap import gap_of
+from newtonjax.gap import required_gap
 from newtonjax.scene import Scene
 
 _ROUNDS = 20
@@ -15,7 +15,7 @@ _ROUNDS = 20
 
 def gap_height(scene: Scene) -> float:
     """Height of the upper face's vertex over the lower one's [m]."""
-    upper = gap_of(scene)
+    upper = required_gap(scene)
     return float(scene.surfaces[upper].vertex[2] - scene.surfaces[upper + 1].vertex[2])
 
 
@@ -29,12 +29,12 @@ def scene_start(scene: Scene, known: Quantities, frame: Frame, gap: np.ndarray, 
     Raises ValueError where the bench's beams do not reach the whole image.
     """
     values = known.values(float(gap[0]) / frame.unit**2)
-    upper, at = gap_of(scene), curved_surface(scene)
+    upper, at = required_gap(scene), curved_surface(scene)
     radius = 1 / float(scene.surfaces[at].curvature)
     scene = change(scene, "radius", values["radius"] / abs(radius), at)
     scene = change(scene, "wavelength", values["wavelength"] / float(scene.wavelength), at)
     scene = change(scene, "index", values["index"] / float(scene.media[upper + 1]), at)
-    model = SceneModel(frame, scene, values["pixel_size"], at, known.unknown)
+    model = SceneModel(frame, scene, values["pixel_size"], at, known.measured)
     rise = (fixed["gap"] - gap_height(scene)) * 2 / values["wavelength"] if "gap" in fixed else 0.0
     place = gap[1:3]
     if "centre_px" in fixed:

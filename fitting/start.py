@@ -95,8 +95,8 @@ def search(fringes: np.ndarray, count: int = 4) -> list[Rings]:
     found = []
     for k in _scales(0.5 * np.hypot(rows, columns)):
         chirp_y, chirp_x = (np.exp(-2j * np.pi * k * a * a).astype(np.complex64) for a in (y, x))
-        spectrum = fft.fft2(fringes * chirp_y[:, None] * chirp_x[None], (size, size), workers=2)
-        power = spectrum.real**2 + spectrum.imag**2
+        spectrum = np.asarray(fft.fft2(fringes * chirp_y[:, None] * chirp_x[None], (size, size), workers=2))
+        power = np.real(spectrum) ** 2 + np.imag(spectrum) ** 2
         at = np.unravel_index(int(np.argmax(power)), power.shape)
         match = 2 * float(power[at]) / total
         x0, y0 = float(-frequency[at[1]] / (2 * k)), float(-frequency[at[0]] / (2 * k))
@@ -137,7 +137,7 @@ def refine(fringes: np.ndarray, rings: Rings) -> Rings:
     best = (-1.0, 0.0, 0.0, 0.0)
     for bend in np.linspace(-2.4, 2.4, 25) / reach2:
         chirped = grid * np.exp(-2j * np.pi * bend * dy**2)[:, None] * np.exp(-2j * np.pi * bend * dx**2)[None]
-        power = np.abs(fft.fft2(chirped, (size, size)))
+        power = np.abs(np.asarray(fft.fft2(chirped, (size, size))))
         at = np.unravel_index(int(np.argmax(power)), power.shape)
         if power[at] > best[0]:
             frequency = fft.fftfreq(size)
@@ -181,7 +181,7 @@ def plane_wave(image: np.ndarray, mask: np.ndarray) -> float:
     """Share of the fringe power that straight, evenly spaced fringes explain."""
     fringes = flatten(image, mask)
     small = _reduce(fringes, max(1, max(image.shape) // (2 * _COARSEST)))
-    power = np.abs(fft.fft2(small, tuple(2 * n for n in small.shape), workers=2)) ** 2
+    power = np.abs(np.asarray(fft.fft2(small, tuple(2 * n for n in small.shape), workers=2))) ** 2
     return float(2 * power.max() / ((small**2).sum() * np.count_nonzero(small) + 1e-30))
 
 

@@ -27,7 +27,7 @@ _HOME = {
     "sin_turns": "turns",
 }
 
-__all__ = sorted(_HOME)
+__all__ = sorted(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]  # lazy exports: one table names them
 __version__ = version("newtonjax")
 
 

@@ -73,7 +73,7 @@ def aim(route: Route, setting: Setting, target: Float[Array, "2"]) -> tuple[Floa
 
 
 @aim.defjvp
-def _aim_jvp(primals, tangents):
+def _aim_jvp(primals, tangents) -> tuple[tuple, tuple]:
     route, setting, target = primals
     start, found = aim(route, setting, target)
     _, slope = _differential(lambda s: trace(route, setting, s)[0].point, start)

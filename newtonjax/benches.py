@@ -148,5 +148,5 @@ def _known(view: str) -> str:
     return view
 
 
-def _along(axis, length, height=0.0):
+def _along(axis, length: Scalar, height: Scalar = 0.0):
     return axis[0] * length, axis[1] * length, height + axis[2] * length

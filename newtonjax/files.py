@@ -156,16 +156,17 @@ def _scene(table: SceneFile) -> Scene:
     if ready:
         arguments = msgspec.structs.asdict(getattr(table, ready[0]))
         return getattr(benches, ready[0])(**arguments)
-    if len(by_hand) < len(_BY_HAND):
+    surfaces, media, beams, light, screen = table.surfaces, table.media, table.beams, table.light, table.screen
+    if surfaces is None or media is None or beams is None or light is None or screen is None:
         raise ValueError(
             f"{', '.join(set(_BY_HAND) - set(by_hand))} missing; a scene by hand takes {', '.join(_BY_HAND)}"
         )
     return Scene(
-        surfaces=tuple(Surface(s.curvature, s.vertex, s.tilt) for s in table.surfaces or ()),
-        media=table.media,
-        light=Light(**msgspec.structs.asdict(table.light)),
-        screen=Surface(**msgspec.structs.asdict(table.screen)),
-        beams=table.beams or (),
+        surfaces=tuple(Surface(s.curvature, s.vertex, s.tilt) for s in surfaces),
+        media=media,
+        light=Light(**msgspec.structs.asdict(light)),
+        screen=Surface(**msgspec.structs.asdict(screen)),
+        beams=beams,
     )
 
 
@@ -181,15 +182,15 @@ def save_scene(path: str | Path, scene: Scene, camera: Camera | None = None) -> 
     path = Path(path)
 
     def surface(s: Surface) -> SurfaceTable:
-        return SurfaceTable(float(s.curvature), _floats(s.vertex), _floats(s.tilt))
+        return SurfaceTable(float(s.curvature), _three(s.vertex), _two(s.tilt))
 
     light = scene.light
     polarization = None if light.polarization is None else float(light.polarization)
     table = SceneFile(
         surfaces=tuple(map(surface, scene.surfaces)),
-        media=_floats(scene.media),
+        media=tuple(map(float, scene.media)),
         beams=scene.beams,
-        light=LightTable(float(light.wavelength), _floats(light.tilt), polarization),
+        light=LightTable(float(light.wavelength), _two(light.tilt), polarization),
         screen=surface(scene.screen),
         camera=None if camera is None else _camera_table(camera),
     )
@@ -199,13 +200,25 @@ def save_scene(path: str | Path, scene: Scene, camera: Camera | None = None) -> 
 
 
 def _camera_table(camera: Camera) -> CameraTable:
-    centre = None if camera.centre_px is None else _floats(camera.centre_px)
-    numbers = (float(n) for n in (camera.exposure, camera.full_well, camera.read_noise))
-    return CameraTable(camera.shape, float(camera.pixel_size), centre, *numbers, camera.bits)
+    return CameraTable(
+        camera.shape,
+        float(camera.pixel_size),
+        None if camera.centre_px is None else _two(camera.centre_px),
+        float(camera.exposure),
+        float(camera.full_well),
+        float(camera.read_noise),
+        camera.bits,
+    )
 
 
-def _floats(values) -> tuple[float, ...]:
-    return tuple(float(value) for value in values)
+def _two(values) -> Two:
+    x, y = values
+    return float(x), float(y)
+
+
+def _three(values) -> Three:
+    x, y, z = values
+    return float(x), float(y), float(z)
 
 
 def _without_none(tree):

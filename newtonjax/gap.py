@@ -34,6 +34,17 @@ def gap_of(scene: Scene) -> int | None:
     return None
 
 
+def required_gap(scene: Scene) -> int:
+    """As `gap_of`. Raises ValueError where the beams do not differ by one round trip in one gap."""
+    upper = gap_of(scene)
+    if upper is None:
+        raise ValueError(
+            f"the scene follows the beams {', '.join(map(repr, scene.beams))}; "
+            "allowed: two that differ by one round trip in one gap"
+        )
+    return upper
+
+
 def height(surface: Surface, x: Float[Array, "..."], y: Float[Array, "..."], profile=sag) -> Float[Array, "..."]:
     """Z of a surface over the point (x, y) [m]: an upright sphere, or a plane of any tilt.
 
@@ -44,13 +55,13 @@ def height(surface: Surface, x: Float[Array, "..."], y: Float[Array, "..."], pro
     axis = frame(surface.tilt)[2]
     plane = vertex[2] - (axis[0] / axis[2] * dx + axis[1] / axis[2] * dy)
     if is_concrete(surface.curvature) and np.all(np.asarray(surface.curvature) == 0):
-        return plane
+        return jnp.asarray(plane)
     return plane + profile(surface.curvature, dx * dx + dy * dy)
 
 
 def is_shallow(scene: Scene, x: Float[Array, "..."], y: Float[Array, "..."]) -> Bool[Array, ""]:
     """Whether `shallow_sag` holds for both faces of the gap at all points."""
-    upper = gap_of(scene)
+    upper = required_gap(scene)
     steepest = jnp.zeros(())
     for surface in scene.surfaces[upper : upper + 2]:
         dx, dy = x - surface.vertex[0], y - surface.vertex[1]
@@ -60,7 +71,7 @@ def is_shallow(scene: Scene, x: Float[Array, "..."], y: Float[Array, "..."]) -> 
 
 def gap_opd(scene: Scene, x: Float[Array, "..."], y: Float[Array, "..."], profile=sag) -> Float[Array, "..."]:
     """2 n t(x, y): the round trip through the gap along z [m]."""
-    upper = gap_of(scene)
+    upper = required_gap(scene)
     above, below = scene.surfaces[upper], scene.surfaces[upper + 1]
     return 2 * scene.media[upper + 1] * (height(above, x, y, profile) - height(below, x, y, profile))
 

@@ -23,8 +23,8 @@ class ErrorEstimate(NamedTuple):
     The peak is the largest background plus the fringes' amplitude: an image that shows a dark fringe only stays below.
     """
 
-    phase: Float[Array, ""]
-    intensity: Float[Array, ""]
+    phase: Float[Array, ""] | float
+    intensity: Float[Array, ""] | float
 
 
 class AbstractMethod(eqx.Module):

@@ -76,18 +76,17 @@ def plan(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Plan:
             )
         closed = _closed_error(kept, camera, fields)
         if closed is not None and closed.intensity + lost <= tolerance:
-            return Plan(
-                ClosedForm(), kept, dropped, closed.phase, closed.intensity + lost, "the screen is focused on the gap"
-            )
+            reason = "the screen is focused on the gap"
+            return Plan(ClosedForm(), kept, dropped, float(closed.phase), float(closed.intensity) + lost, reason)
         for finest in (_COARSE, _FINE):
             fields = _probe(kept, camera, finest)
             if not np.all(fields.arrives):
                 break
             for count in (n for n in _LADDER if n <= finest):
-                error = ErrorEstimate(*map(float, _error(fields, count)))
-                if error.intensity + lost <= tolerance:
+                phase, intensity = map(float, _error(fields, count))
+                if intensity + lost <= tolerance:
                     reason = f"the fields are smooth: {count} x {count} nodes resolve them"
-                    return Plan(Chebyshev(count), kept, dropped, error.phase, error.intensity + lost, reason)
+                    return Plan(Chebyshev(count), kept, dropped, phase, intensity + lost, reason)
         return Plan(
             Traced(), kept, dropped, _rounding(fields), lost + 1e-9, "the fields are not smooth enough for nodes"
         )

@@ -12,7 +12,7 @@ def x64():
 
 def require_x64(what: str) -> None:
     """Raise RuntimeError inside a transformation that would round optical paths to float32."""
-    if not jax.config.jax_enable_x64:
+    if not jax.config.read("jax_enable_x64"):
         raise RuntimeError(
             f"{what} needs float64: a path of metres in float32 errs by a radian. "
             'Add jax.config.update("jax_enable_x64", True) before the first JAX call'

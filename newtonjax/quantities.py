@@ -3,6 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import Tracer
 from jaxtyping import Array, Complex, Float, Int
 
 Scalar = float | int | np.floating | Float[Array | np.ndarray, ""] | Int[Array | np.ndarray, ""]
@@ -12,7 +13,7 @@ Vector3 = tuple[Scalar, Scalar, Scalar] | Float[Array | np.ndarray, "3"]
 
 def is_concrete(*trees) -> bool:
     """True when no leaf of the trees is being traced by a JAX transformation."""
-    return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(trees))
+    return not any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(trees))
 
 
 def namespace(*trees):

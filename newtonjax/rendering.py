@@ -57,7 +57,7 @@ def _run(kernel, scene, camera, method, tolerance):
     with x64():
         image = kernel(scene, camera, method)
     # An array of a type that the user's setting does not have would warn at every further step.
-    return image if jax.config.jax_enable_x64 else _as_float32(image)
+    return image if jax.config.read("jax_enable_x64") else _as_float32(image)
 
 
 def _as_float32(image):

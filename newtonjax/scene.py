@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import equinox as eqx
 import numpy as np
+from jaxtyping import Array, Float
 
 from newtonjax.beams import Beam, enumerate_beams, itinerary
 from newtonjax.light import Light
@@ -23,7 +24,7 @@ class Scene(eqx.Module):
     """
 
     surfaces: tuple[Surface, ...]
-    media: np.ndarray = eqx.field(converter=as_vector)
+    media: Float[Array | np.ndarray, " media"] = eqx.field(converter=as_vector)
     light: Light
     screen: Surface
     beams: tuple[str, ...] = eqx.field(static=True)

@@ -10,7 +10,7 @@ from newtonjax.beams import REFLECT, REST, exit_medium, itinerary, tables
 from newtonjax.fresnel import complex_cosine, reflect_field, refract, transmit_field
 from newtonjax.light import field_at_launch, launch_frame
 from newtonjax.scene import Scene
-from newtonjax.surfaces import dot, frame, intersect
+from newtonjax.surfaces import Direction, dot, frame, intersect
 
 
 class Route(NamedTuple):
@@ -81,12 +81,17 @@ def gather(scene: Scene) -> tuple[Route, Setting]:
         jnp.asarray(table["action"]),
     )
     setting = Setting(
-        (vertex[0], *map(jnp.asarray, launch_frame(scene.light))),
-        tuple(map(jnp.asarray, (scene.screen.vertex, *frame(scene.screen.tilt)))),
+        _frame_at(vertex[0], launch_frame(scene.light)),
+        _frame_at(scene.screen.vertex, frame(scene.screen.tilt)),
         field_at_launch(scene.light),
         media[exit_medium(itinerary(scene.beams[0], len(scene.surfaces)), len(scene.surfaces))],
     )
     return routes, setting
+
+
+def _frame_at(origin, directions: tuple[Direction, Direction, Direction]) -> tuple[Array, Array, Array, Array]:
+    x, y, z = directions
+    return jnp.asarray(origin), jnp.asarray(x), jnp.asarray(y), jnp.asarray(z)
 
 
 def _interact(ray: Ray, stop: Route) -> tuple[Ray, Leg]:
