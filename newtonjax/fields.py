@@ -61,11 +61,11 @@ def fields_at(scene: Scene, points: Float[Array, "n 2"]) -> Fields:
     )
 
 
-def opd_at(scene: Scene, points: Float[Array, "n 2"]) -> Float[Array, " n"]:
-    """Optical path difference of a scene's two beams at points of its screen [m]."""
+def opd_at(scene: Scene, points: Float[Array, "n 2"]) -> tuple[Float[Array, " n"], Bool[Array, " n"]]:
+    """Optical path difference of a scene's two beams at points of its screen [m], and whether both arrive."""
     beams = arrivals(scene, points)
     ((first, second),) = pairs(scene)
-    return beams.path[second] - beams.path[first]
+    return beams.path[second] - beams.path[first], beams.arrives.all(axis=0)
 
 
 def intensity(fields: Fields) -> Float[Array, "..."]:

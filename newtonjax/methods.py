@@ -6,7 +6,7 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from newtonjax import chebyshev
 from newtonjax.camera import Camera
@@ -64,7 +64,7 @@ class Traced(AbstractMethod):
 
     def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
         _check_two_beams(scene)
-        return self._map(lambda points: opd_at(scene, points), camera)
+        return self._map(lambda points: opd_at(scene, points)[0], camera)
 
     def _map(self, function, camera: Camera):
         x, y = camera.axes()
@@ -93,20 +93,28 @@ class Chebyshev(AbstractMethod):
             raise ValueError(f"nodes is {self.nodes}; allowed: 2 to 129 to a side")
 
     def check(self, scene: Scene) -> None:
-        """Every part of a scene is honoured; `error` tells how well, and `arrives` whether at all."""
+        """Every part of a scene is honoured; `render` refuses where a beam does not reach the whole image."""
 
     def fields(self, scene: Scene, camera: Camera) -> Fields:
         """The fields at the nodes (row by row)."""
         return fields_at(scene, chebyshev.node_points(camera, self.nodes))
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
+        return self.image_and_reach(scene, camera)[0]
+
+    def image_and_reach(self, scene: Scene, camera: Camera) -> tuple[Float[Array, "rows columns"], Bool[Array, ""]]:
+        """The image, and whether every beam reaches every node: else it is not to be used."""
         fields = self.fields(scene, camera)
-        return chebyshev.image(fields.background, *polar(fields), camera.shape)
+        return chebyshev.image(fields.background, *polar(fields), camera.shape), fields.arrives.all()
 
     def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
+        return self.opd_and_reach(scene, camera)[0]
+
+    def opd_and_reach(self, scene: Scene, camera: Camera) -> tuple[Float[Array, "rows columns"], Bool[Array, ""]]:
+        """The path difference, and whether every beam reaches every node."""
         _check_two_beams(scene)
-        values = opd_at(scene, chebyshev.node_points(camera, self.nodes))
-        return chebyshev.expand(chebyshev.coefficients(values[None]), camera.shape)[0]
+        values, arrives = opd_at(scene, chebyshev.node_points(camera, self.nodes))
+        return chebyshev.expand(chebyshev.coefficients(values[None]), camera.shape)[0], arrives.all()
 
     def error(self, scene: Scene, camera: Camera) -> ErrorEstimate:
         """Bounds of this method's error from the decay of the coefficients. Infinite where a beam misses a node."""

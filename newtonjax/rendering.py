@@ -48,14 +48,19 @@ def _run(kernel, scene, camera, method, tolerance):
         method.check(scene)
         if not isinstance(method, ClosedForm):
             require_x64(type(method).__name__)
-        return kernel(scene, camera, method)
+        return kernel(scene, camera, method)[0]
     if method is None:
         chosen = plan(scene, camera, tolerance)
         scene, method = chosen.scene, chosen.method
     else:
         method.check(scene)
     with x64():
-        image = kernel(scene, camera, method)
+        image, reached = kernel(scene, camera, method)
+    if not reached:
+        raise ValueError(
+            f"{type(method).__name__} cannot honour a beam that does not reach the whole image (it misses a surface, "
+            "is totally reflected, or ends at a focus); use Traced()"
+        )
     # An array of a type that the user's setting does not have would warn at every further step.
     return image if jax.config.read("jax_enable_x64") else _as_float32(image)
 
@@ -67,9 +72,13 @@ def _as_float32(image):
 
 @partial(jax.jit, static_argnames="method")
 def _image(scene, camera, method):
-    return method.image(scene, camera)
+    if isinstance(method, Chebyshev):
+        return method.image_and_reach(scene, camera)
+    return method.image(scene, camera), True
 
 
 @partial(jax.jit, static_argnames="method")
 def _opd(scene, camera, method):
-    return method.opd(scene, camera)
+    if isinstance(method, Chebyshev):
+        return method.opd_and_reach(scene, camera)
+    return method.opd(scene, camera), True

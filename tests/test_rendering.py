@@ -116,3 +116,12 @@ def test_a_single_beam_has_the_irradiance_of_fresnel_and_the_lens_formula_on_the
     # (1 - d / f)^-2 after 5 mm / 1.5 in the plate, 1 mm of air and a gap of 1 um.
     d = 5e-3 / 1.5 + 1e-3 + 1e-6
     np.testing.assert_allclose(image, 0.96**4 / (1 - d / 4.0) ** 2, rtol=1e-12)
+
+
+def test_nodes_refuse_a_lens_that_ends_inside_the_image():
+    """R = 1 mm seen over 2.6 mm: no ray of the direct beam lands near the rim."""
+    scene, camera = nj.newton_rings(1e-3, 500e-9, screen=1e-4), nj.Camera((64, 64), 40e-6)
+    for verb in (nj.render, nj.opd):
+        with pytest.raises(ValueError, match="does not reach the whole image"):
+            verb(scene, camera, nj.Chebyshev())
+    assert isinstance(nj.plan(scene, camera).method, nj.Traced)
