@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from scipy import ndimage
 
-from fitting.start import smooth
+from fitting.start import reduce, smooth, thin
 
 _CHANNELS = ("red", "green", "blue")
 # A code this near the top of its range no longer follows the light.
@@ -43,7 +43,8 @@ def read(
     raw = _load(source) if isinstance(source, str | Path) else np.asarray(source)
     planes, top = _planes(raw)
     curve, name = _transfer(transfer, raw.dtype)
-    channel = max(range(planes.shape[2]), key=lambda c: _merit(planes[:, :, c], top))
+    count = planes.shape[2]
+    channel = max(range(count), key=lambda c: _merit(planes[:, :, c], top)) if count > 1 else 0
     code = planes[:, :, channel]
     usable = np.isfinite(code) & (code < _SATURATED * top)
     light = curve(np.where(np.isfinite(code), code, 0.0) / (top if np.isfinite(top) else 1.0))
@@ -59,7 +60,8 @@ def read(
     saturated = float(np.mean(code >= _SATURATED * top))
     if saturated > 0.02:
         warnings.append(f"{saturated:.0%} of the pixels are saturated and were left out; expose less")
-    scale = float(np.percentile(light[usable], 99.5)) or 1.0
+    sample = thin(usable)
+    scale = float(np.percentile(light[sample][usable[sample]], 99.5)) or 1.0
     labels = _CHANNELS if planes.shape[2] == 3 else ("grey",)
     return Photograph(light / scale, usable, labels[channel], name, warnings)
 
@@ -137,7 +139,9 @@ def _lit(light: np.ndarray) -> np.ndarray:
 
     everything = np.ones(light.shape, bool)
     width = max(2.0, min(light.shape) / 40)
-    blurred = smooth(light, width)
+    factor = max(1, int(width / 4))
+    width /= factor
+    blurred = smooth(reduce(light, factor), width)
     if np.ptp(blurred) == 0:
         return everything
     bright = blurred > threshold_otsu(blurred)
@@ -150,7 +154,9 @@ def _lit(light: np.ndarray) -> np.ndarray:
         return everything
     # Near halfway down the edge lies the stop; the blur's width further in, light is no longer cut.
     field = _largest(np.asarray(ndimage.binary_fill_holes(blurred > low + 0.35 * (high - low))))
-    return ndimage.binary_erosion(field, iterations=round(width), border_value=1)
+    field = ndimage.binary_erosion(field, iterations=round(width), border_value=1)
+    rows, columns = (np.minimum(np.arange(n) // factor, m - 1) for n, m in zip(light.shape, field.shape, strict=True))
+    return field[np.ix_(rows, columns)]
 
 
 def _largest(field: np.ndarray) -> np.ndarray:

@@ -36,14 +36,14 @@ def flatten(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
     Zero where masked. The background has degree 4: with less, a bright middle passes for the first ring.
     """
     rows, columns = image.shape
-    step = max(1, int(np.sqrt(mask.sum() / 40_000)))
-    thin = (slice(None, None, step),) * 2
-    used = mask[thin]
+    sample = thin(mask, 40_000)
+    step = sample[0].step
+    used = mask[sample]
     design_y, design_x = (chebvander(np.linspace(-1, 1, n), 4) for n in (rows, columns))
     pairs = [(j, i) for j in range(5) for i in range(5 - j)]
     design = np.stack([np.outer(design_y[::step, j], design_x[::step, i])[used] for j, i in pairs], axis=1)
     weights = np.zeros((5, 5))
-    weights[tuple(np.transpose(pairs))] = np.linalg.lstsq(design, image[thin][used], rcond=None)[0]
+    weights[tuple(np.transpose(pairs))] = np.linalg.lstsq(design, image[sample][used], rcond=None)[0]
     fringes = np.where(mask, image - design_y @ weights @ design_x.T, 0.0)
     width = min(rows, columns) / 8
     power = smooth(fringes**2, width) / (smooth(mask.astype(float), width) + 1e-6)
@@ -56,7 +56,7 @@ def smooth(image: np.ndarray, width: float) -> np.ndarray:
     """A Gaussian blur of a standard deviation of many pixels, taken on a grid coarse enough to be quick."""
     factor = max(1, int(width / 4))
     padded = np.pad(image, [(0, -n % factor) for n in image.shape], mode="edge")
-    small = ndimage.gaussian_filter(_reduce(padded, factor), width / factor, mode="nearest")
+    small = ndimage.gaussian_filter(reduce(padded, factor), width / factor, mode="nearest")
     for axis, n in enumerate(image.shape):
         at = (np.arange(n) + 0.5) / factor - 0.5
         low = np.clip(np.floor(at).astype(int), 0, small.shape[axis] - 2) if small.shape[axis] > 1 else np.zeros(n, int)
@@ -71,7 +71,16 @@ def _taper(n: int) -> np.ndarray:
     return np.sin(np.pi / 2 * edge) ** 2
 
 
-def _reduce(image: np.ndarray, factor: int) -> np.ndarray:
+def thin(mask: np.ndarray, pixels: int = 200_000) -> tuple[slice, slice]:
+    """Every so many rows and columns, so that about so many of a mask's pixels are left for a statistic."""
+    step = max(1, int(np.sqrt(mask.sum() / pixels)))
+    return slice(None, None, step), slice(None, None, step)
+
+
+def reduce(image: np.ndarray, factor: int) -> np.ndarray:
+    """Means over blocks of so many pixels a side; what is left at the far edges is cut off."""
+    if factor == 1:
+        return image
     rows, columns = (n // factor * factor for n in image.shape)
     return image[:rows, :columns].reshape(rows // factor, factor, columns // factor, factor).mean(axis=(1, 3))
 
@@ -162,16 +171,16 @@ def _settle(fringes: np.ndarray, rings: Rings) -> Rings:
 def find_rings(image: np.ndarray, mask: np.ndarray) -> Rings:
     """Rings in an image, without a start value: centre inside or outside of the frame, any phase and contrast.
 
-    Candidates are found on the coarsest image and followed to the finest one; the best match there wins.
+    Candidates are found on the coarsest image and followed to the one that resolves them; the best match there wins.
     """
     fringes = flatten(image, mask)
     factor = max(1, -(-max(image.shape) // _COARSEST))
-    found = [_scaled(rings, factor) for rings in search(_reduce(fringes, factor))]
+    found = [_scaled(rings, factor) for rings in search(reduce(fringes, factor))]
     while True:
-        small = _reduce(fringes, factor)
+        small = reduce(fringes, factor)
         found = [_scaled(_polish(small, _scaled(rings, 1 / factor)), factor) for rings in found]
         found = sorted(found, key=lambda rings: -rings.match)
-        if factor == 1:
+        if factor == 1 or _is_resolved(found[0], image.shape, factor):
             return found[0]
         found = found[: 3 if factor > 3 else 2]
         factor = factor // 2
@@ -180,14 +189,24 @@ def find_rings(image: np.ndarray, mask: np.ndarray) -> Rings:
 def plane_wave(image: np.ndarray, mask: np.ndarray) -> float:
     """Share of the fringe power that straight, evenly spaced fringes explain."""
     fringes = flatten(image, mask)
-    small = _reduce(fringes, max(1, max(image.shape) // (2 * _COARSEST)))
+    small = reduce(fringes, max(1, max(image.shape) // (2 * _COARSEST)))
     power = np.abs(np.asarray(fft.fft2(small, tuple(2 * n for n in small.shape), workers=2))) ** 2
     return float(2 * power.max() / ((small**2).sum() * np.count_nonzero(small) + 1e-30))
 
 
 def follow(image: np.ndarray, mask: np.ndarray, rings: Rings) -> Rings:
     """The rings next to a given scale and centre."""
-    return _polish(flatten(image, mask), rings)
+    factor = max(1, -(-max(image.shape) // _COARSEST))
+    while factor > 1 and not _is_resolved(rings, image.shape, factor):
+        factor //= 2
+    fringes = flatten(reduce(image, factor), reduce(mask.astype(float), factor) == 1)
+    return _scaled(_polish(fringes, _scaled(rings, 1 / factor)), factor)
+
+
+def _is_resolved(rings: Rings, shape: tuple[int, int], factor: int) -> bool:
+    """Whether the finest fringe of the frame is at least five coarse pixels wide."""
+    far_x, far_y = (max(abs(c), abs(n - 1 - c)) for c, n in zip(rings.centre, shape[::-1], strict=True))
+    return 2 * rings.scale * float(np.hypot(far_x, far_y)) * factor < 0.2
 
 
 def _scaled(rings: Rings, factor: float | int) -> Rings:

@@ -2,17 +2,15 @@
 
 import time
 
-import jax.numpy as jnp
 import numpy as np
 
 from fitting import least_squares as ls
 from fitting.models import SceneModel
-from fitting.moments import synthesize
+from fitting.moments import at_pixels, synthesize
 from fitting.numbers import measured
 from fitting.photo import Photograph
 from fitting.quantity import Quantities
 from fitting.result import FitResult, Picture
-from newtonjax import chebyshev
 
 # Residuals are averaged over blocks of this many pixels a side to see whether neighbours err together.
 _BLOCK = 16
@@ -31,7 +29,9 @@ def summarize(photograph: Photograph, known: Quantities, view: str, found, began
     variance = float(found.solution.chi2) / max(pixels - float(np.sum(found.solution.active)), 1.0) * inflation
     explained = 1 - float(found.solution.chi2) / float(ls.background_only(found.kept))
     warnings = [*photograph.warnings, *_warnings(inflation, known)]
-    picture = Picture(photograph, fitted, _phase_image(found, photograph.image.shape), found.weights)
+    picture = Picture(
+        photograph, fitted, np.asarray(at_pixels(found.solution.image[2], photograph.image.shape)), found.weights
+    )
     common = {
         "measured": known.unknown or "radius",
         "explained_variance": explained,
@@ -99,8 +99,3 @@ def _model(found, photograph: Photograph, known: Quantities) -> dict[str, str]:
         "channel": f"{photograph.channel}, transfer {photograph.transfer}",
         "pixels": f"{int((found.weights > 0).sum())} of {found.weights.size}",
     }
-
-
-def _phase_image(found, shape: tuple[int, int]) -> np.ndarray:
-    phase = found.solution.image[2]
-    return np.asarray(chebyshev.expand(chebyshev.coefficients(jnp.asarray(phase)[None]), shape)[0])

@@ -5,7 +5,7 @@ Reflected rings seen in the gap, scaled to [0, 1], Gaussian noise of standard de
 bound, mean bias over the bound, and reported standard deviation over the bound. The bound is that of the model that is
 fitted (six unknowns where the image calls for no more), by central differences of the exact model over all pixels.
 
-    python experiments/statistics.py [--seeds 1000] [--processes 2] [--quick]
+    python experiments/scatter.py [--seeds 1000] [--processes 2] [--quick]
 """
 
 import argparse
@@ -97,7 +97,7 @@ def main() -> None:
         print(json.dumps(line))
     if not options.quick:
         RESULTS.mkdir(exist_ok=True)
-        (RESULTS / "statistics.json").write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
+        (RESULTS / "scatter.json").write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
         draw(rows)
     assert all(line["locked"] == line["seeds"] for line in table), "a seed did not lock"
 
@@ -134,7 +134,7 @@ def draw(rows: list) -> None:
         axes.hist(errors, bins=40, range=(-4, 4), density=True, color="0.7")
         axes.plot(at, np.exp(-(at**2) / 2) / np.sqrt(2 * np.pi), color="tab:red", lw=1)
         axes.set(title=f"R = {radius:g} m", xlabel="error / Cramér–Rao sd")
-    figure.savefig(RESULTS / "statistics.png", dpi=100)
+    figure.savefig(RESULTS / "scatter.png", dpi=100)
 
 
 if __name__ == "__main__":
