@@ -12,6 +12,7 @@ import argparse
 import json
 import multiprocessing
 import os
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -91,7 +92,11 @@ def main() -> None:
     for core in range(processes):
         queue.put(core % os.cpu_count())
     with context.Pool(processes, initializer=_pin, initargs=(queue,)) as pool:
-        rows = pool.map(run, jobs, chunksize=5)
+        rows = []
+        for row in pool.imap_unordered(run, jobs, chunksize=5):
+            rows.append(row)
+            if len(rows) % 200 == 0:
+                print(f"{len(rows)} of {len(jobs)} fits", file=sys.stderr, flush=True)
     table = [summary(radius, [row for row in rows if row[0] == radius]) for radius in CASES]
     for line in table:
         print(json.dumps(line))
