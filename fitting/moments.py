@@ -2,7 +2,7 @@
 
 For a reference phase φ0 and smooth fields, sums over pixels of w e^{2πi m φ0} T_i(x) T_j(y) are taken once. The model
 is written in the basis {T, T cos 2πφ0, -T sin 2πφ0}; its weighted Gram matrix follows from the moments by
-T_i T_j = (T_{i+j} + T_{|i-j|}) / 2, and with the eigenvectors of that matrix chi-squared becomes a sum of as many
+T_i T_j = (T_{i+j} + T_{|i-j|}) / 2, and with a factor of that matrix chi-squared becomes a sum of as many
 squares as there are basis functions, up to a constant. Exact for any model whose fields the basis resolves.
 """
 
@@ -120,7 +120,7 @@ def _factorize(table: Float[Array, "8 degrees degrees"], square: Float[Array, ""
     data = jnp.concatenate([wd[tuple(low.T)], wdc[tuple(high.T)], -wds[tuple(high.T)]])
     lower = jnp.linalg.cholesky(gram)
     pivots = jnp.diag(lower) ** 2
-    # Cholesky's factor where the basis is well determined (ten times cheaper), eigenvectors where it is not.
+    # Cholesky's factor where the basis is well determined, which is quicker; eigenvectors where it is not.
     sound = jnp.isfinite(lower).all() & (pivots.min() > _SOUND * pivots.max())
     root, target = jax.lax.cond(sound, _by_cholesky, _by_eigenvectors, gram, lower, data)
     return Moments(
