@@ -32,14 +32,13 @@ class Moments(NamedTuple):
 
     - `root` [basis, basis], `target` [basis]: chi-squared = |root coefficients - target|² + `rest`.
     - `reference`: the reference phase at the envelope's nodes (row by row) [turns].
-    - `weight`: sum of the weights; `power`: weighted sum of squares about the weighted mean.
+    - `power`: weighted sum of squares about the weighted mean.
     """
 
     root: Float[Array, "basis basis"]
     target: Float[Array, " basis"]
     rest: Float[Array, ""]
     reference: Float[Array, " nodes"]
-    weight: Float[Array, ""]
     power: Float[Array, ""]
 
 
@@ -128,7 +127,6 @@ def _factorize(table: Float[Array, "8 degrees degrees"], square: Float[Array, ""
         target=target,
         rest=square - target @ target,
         reference=reference,
-        weight=w[0, 0],
         power=square - wd[0, 0] ** 2 / w[0, 0],
     )
 
