@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import dataclass
+from functools import cache, cached_property
 from pathlib import Path
 
 import jax
@@ -39,6 +40,11 @@ class Fitted:
     kept: Moments
     weights: np.ndarray
     shape: tuple[int, int]
+
+    @cached_property
+    def fitted(self) -> np.ndarray:
+        """The model at every pixel [rows, columns]."""
+        return np.asarray(synthesize(*self.solution.image, self.weights.shape))
 
 
 def fit(
@@ -91,8 +97,8 @@ def fit(
     photograph = read(np.asarray(image) if isinstance(image, jax.Array) else image, transfer, mask)
     if np.ptp(photograph.image[photograph.mask]) == 0:
         return refused("the image is uniform: there are no fringes", photograph, began)
-    rings = _start(photograph, known, start)
-    with x64():
+    with x64(), _controller().limit(limits=1, user_api="blas"):
+        rings = _start(photograph, known, start)
         found = _fit_gap(photograph, rings, known, view, fixed or {} if scene is None else {})
         reason = _why_refused(found, photograph, rings)
         if reason:
@@ -100,6 +106,15 @@ def fit(
         if scene is not None:
             found = _fit_scene(photograph, scene, known, found, fixed or {})
         return summarize(photograph, known, view, found, began)
+
+
+@cache
+def _controller():
+    # A BLAS with threads of its own spins on the cores after each product, while JAX's threads wait for them: a fit
+    # takes half as long again. The products here are small.
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
 
 
 def _known(arguments: dict, scene: Scene | None) -> Quantities:
@@ -163,7 +178,7 @@ def _robust(model, photograph: Photograph, numbers: np.ndarray, held=(), weights
     weights = photograph.mask.astype(float) if weights is None else weights
     found = _converge(model, photograph, numbers, weights, held)
     for _ in range(2):
-        residual = photograph.image - np.asarray(synthesize(*found.solution.image, photograph.image.shape))
+        residual = photograph.image - found.fitted
         sample = thin(photograph.mask)
         away = np.abs(residual[sample][photograph.mask[sample]])
         spread = 1.4826 * np.median(away)

@@ -6,11 +6,12 @@ import numpy as np
 
 from fitting import least_squares as ls
 from fitting.models import SceneModel
-from fitting.moments import at_pixels, synthesize
+from fitting.moments import at_pixels
 from fitting.numbers import measured
 from fitting.photo import Photograph
 from fitting.quantity import Quantities
 from fitting.result import FitResult, Picture
+from fitting.start import reduce
 
 # Residuals are averaged over blocks of this many pixels a side to see whether neighbours err together.
 _BLOCK = 16
@@ -23,14 +24,13 @@ def refused(reason: str, photograph: Photograph, began: float) -> FitResult:
 
 def summarize(photograph: Photograph, known: Quantities, view: str, found, began: float) -> FitResult:
     """The result of a fit that was not refused (`found`: a `fitting.measure.Fitted`)."""
-    fitted = np.asarray(synthesize(*found.solution.image, photograph.image.shape))
-    inflation = correlation(photograph.image - fitted, found.weights)
+    inflation = correlation(photograph.image - found.fitted, found.weights)
     pixels = float(found.weights.sum())
     variance = float(found.solution.chi2) / max(pixels - float(np.sum(found.solution.active)), 1.0) * inflation
     explained = 1 - float(found.solution.chi2) / float(ls.background_only(found.kept))
     warnings = [*photograph.warnings, *_warnings(inflation, known)]
     picture = Picture(
-        photograph, fitted, np.asarray(at_pixels(found.solution.image[2], photograph.image.shape)), found.weights
+        photograph, found.fitted, np.asarray(at_pixels(found.solution.image[2], photograph.image.shape)), found.weights
     )
     common = {
         "measured": known.unknown or "radius",
@@ -59,13 +59,7 @@ def correlation(residual: np.ndarray, weights: np.ndarray) -> float:
 
     Block means of white residuals have 1/n of the pixels' variance. A ratio within three standard errors of 1 is 1.
     """
-    rows, columns = (n // _BLOCK * _BLOCK for n in residual.shape)
-    cut = (slice(rows), slice(columns))
-
-    def blocks(table):
-        return table[cut].reshape(rows // _BLOCK, _BLOCK, columns // _BLOCK, _BLOCK).sum(axis=(1, 3))
-
-    weight, total = blocks(weights), blocks(weights * residual)
+    weight, total = (reduce(table, _BLOCK) * _BLOCK**2 for table in (weights, weights * residual))
     whole = weight > 0.5 * _BLOCK**2
     if whole.sum() < 16:
         return 1.0
