@@ -154,7 +154,7 @@ def _start(photograph: Photograph, known: Quantities, start: dict | None) -> Rin
 
 def _fit_gap(photograph: Photograph, rings: Rings, known: Quantities, view: str, fixed: dict) -> Fitted:
     frame = frame_of(photograph.image.shape)
-    model = GapModel(frame, known.steepness(rings.scale))
+    model = GapModel(frame, known.sphere(rings.scale))
     centre = fixed.get("centre_px", rings.centre)
     place = [(c - m) / frame.unit for c, m in zip(centre, frame.middle, strict=True)]
     phase = rings.phase

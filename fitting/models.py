@@ -45,12 +45,13 @@ class GapModel(eqx.Module):
     """Fringes localized in the gap: phase 2 n t / λ of the exact sphere, seen along the normal.
 
     Free numbers: turns from curvature at half the image's diagonal (k unit²), centre offset from the middle
-    [units] and phase [turns]. With c = k λ / (n s) the sphere's curvature in 1/px, the phase is
-    2 k r² / (1 + sqrt(1 - c² r²)) + phase; `steepness` is c/k [px], 0 where it is not known: then k r².
+    [units] and phase [turns]. With c = s/R the sphere's curvature in 1/px, the phase is
+    2 k r² / (1 + sqrt(1 - c² r²)) + phase; `sphere` holds factor and power of c = factor k^power
+    (`quantity.Quantities.sphere`), factor 0 where it is not known: then k r².
     """
 
     frame: Frame
-    steepness: Float[Array | np.ndarray, ""] | float
+    sphere: tuple[Float[Array | np.ndarray, ""] | float, Float[Array | np.ndarray, ""] | float]
 
     def __call__(self, free: Float[Array, "4"]) -> Float[Array, "2 nodes"]:
         """Phase [turns] and relative contrast at the nodes."""
@@ -60,7 +61,8 @@ class GapModel(eqx.Module):
         dx = self.frame.x - self.frame.middle[0] - x * unit
         dy = self.frame.y - self.frame.middle[1] - y * unit
         r2 = dx * dx + dy * dy
-        inside = 1 - (k * self.steepness) ** 2 * r2
+        factor, power = self.sphere
+        inside = 1 - (factor * jnp.abs(k) ** power) ** 2 * r2
         root = jnp.where(inside > 1e-6, jnp.sqrt(jnp.where(inside > 1e-6, inside, 1.0)), 1e-3)
         return jnp.stack([2 * k * r2 / (1 + root) + phase, jnp.ones_like(r2)])
 

@@ -39,11 +39,11 @@ def _compilation(begun, ended) -> Iterator[None]:
     from jax import monitoring
 
     # JAX's own names: its listeners are protocols, which the type checker compares by parameter names too.
-    def on_event(event: str, **kwargs: str | int) -> None:  # noqa: ARG001
+    def on_event(event: str, **kwargs: str | int) -> None:  # noqa: ARG001 (JAX passes them)
         if event == _COMPILING:
             begun()
 
-    def on_duration(event: str, duration_secs: float, **kwargs: str | int) -> None:  # noqa: ARG001
+    def on_duration(event: str, duration_secs: float, **kwargs: str | int) -> None:  # noqa: ARG001 (JAX passes them)
         if event == _COMPILED:
             ended()
 

@@ -34,12 +34,15 @@ class Quantities:
         """All four quantities for a fringe scale."""
         return {**self.given, self.measured: self.solve(scale)}
 
-    def steepness(self, scale: float) -> float:
-        """Curvature of the sphere in 1/px over the fringe scale [px]; 0 where the quantities do not tell."""
+    def sphere(self, scale: float) -> tuple[float, float]:
+        """Factor and power of the sphere's curvature in 1/px, factor scale^power; factor 0 where it is not known.
+
+        s/R is k λ/(n s) where the radius is measured, sqrt(k λ/(n R)) where the pixel size is, and given elsewhere.
+        """
         if self.unknown is None:
-            return 0.0
-        values = self.values(scale)
-        return values["pixel_size"] / values["radius"] / scale
+            return 0.0, 1.0
+        values, power = self.values(scale), {"radius": 1.0, "pixel_size": 0.5}.get(self.unknown, 0.0)
+        return values["pixel_size"] / values["radius"] / scale**power, power
 
 
 def quantities(given: dict[str, float | None], sd: dict[str, float | None], free: tuple[str, ...]) -> Quantities:

@@ -65,6 +65,16 @@ def test_any_two_of_radius_wavelength_and_pixel_size_give_the_third(fitted):
     assert by_pixel.sd / 5e-6 == pytest.approx(relative / 2, rel=1e-2)
 
 
+@pytest.mark.parametrize("unknown", ["radius", "wavelength", "pixel_size", "index"])
+def test_a_steep_sphere_biases_no_quantity(unknown):
+    # The sphere differs from its parabola by (r/R)²/4, 1 % at the corner; the search starts 1e-4 to 1e-3 away.
+    truth = {"radius": 0.9e-3, "wavelength": WAVELENGTH, "pixel_size": 1e-6, "index": 1.0}
+    image = rings(truth["radius"], truth["pixel_size"])
+    given = {name: value for name, value in truth.items() if name != unknown}
+    result = fitting.fit(image, free=("index",) if unknown == "index" else (), **given)
+    assert result.parameters[unknown].value == pytest.approx(truth[unknown], rel=1e-9)
+
+
 def test_index_of_a_liquid_is_measured_when_named_free():
     image = rings(index=1.333, noise=0.05)
     result = fitting.fit(image, radius=0.3, free=("index",), **GIVEN)
