@@ -2,7 +2,16 @@
 
 from importlib import import_module
 
-_HOME = {"FitResult": "result", "Parameter": "result", "fit": "measure", "read": "photo", "result_figure": "plot"}
+_HOME = {
+    "FitResult": "result",
+    "Parameter": "result",
+    "RingsResult": "rings_result",
+    "fit": "measure",
+    "read": "photo",
+    "result_figure": "plot",
+    "rings": "orders",
+    "rings_figure": "line_plot",
+}
 
 __all__ = sorted(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]  # lazy exports: one table names them
 

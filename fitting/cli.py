@@ -85,6 +85,16 @@ Wave = Annotated[Any, _option(lamps.wavelength, "LENGTH|LINE", "Vacuum wavelengt
 Pixel = Annotated[
     float | None, _option(quantities.positive_length, "LENGTH", "Size of a pixel at the object, in the gap.")
 ]
+PixelSd = Annotated[
+    float | None, _option(quantities.length_from_zero, "LENGTH", "Standard deviation of the pixel size.")
+]
+WaveSd = Annotated[
+    float | None, _option(quantities.length_from_zero, "LENGTH", "Standard deviation of the wavelength.")
+]
+View = Annotated[
+    Literal["reflected", "transmitted"] | None,
+    typer.Option(help="How the rings were seen.", show_default="reflected"),
+]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite files that are there already.")]
 OutputDir = Annotated[
     Path | None, typer.Option(metavar="FOLDER", help="Folder for the picture, the report and the answer.")
@@ -152,19 +162,12 @@ def fit(
     photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Photograph of rings.")],
     wavelength: Wave = None,
     pixel_size: Pixel = None,
-    pixel_size_sd: Annotated[
-        float | None, _option(quantities.length_from_zero, "LENGTH", "Standard deviation of the pixel size.")
-    ] = None,
-    wavelength_sd: Annotated[
-        float | None, _option(quantities.length_from_zero, "LENGTH", "Standard deviation of the wavelength.")
-    ] = None,
+    pixel_size_sd: PixelSd = None,
+    wavelength_sd: WaveSd = None,
     radius: Annotated[
         float | None, _option(quantities.positive_length, "LENGTH", "A known radius: then the third comes out.")
     ] = None,
-    view: Annotated[
-        Literal["reflected", "transmitted"] | None,
-        typer.Option(help="How the rings were seen.", show_default="reflected"),
-    ] = None,
+    view: View = None,
     scene: Annotated[
         Path | None, typer.Option(metavar="SCENE.toml", help="A bench to trace instead of the gap alone.")
     ] = None,
@@ -180,9 +183,74 @@ def fit(
     Two of wavelength, pixel size and radius give the third. Without a pixel size the answer is the fringe scale.
     """
     from fitting import fit_verb
+    from fitting.answer import Outputs
 
     given = fit_verb.Given(wavelength, pixel_size, wavelength_sd, pixel_size_sd, radius, view, scene, transfer)
-    return fit_verb.run(photo, given, fit_verb.Outputs(json, output_dir, force))
+    return fit_verb.run(photo, given, Outputs(json, output_dir, force))
+
+
+@app.command()
+def rings(
+    table: Annotated[Path, typer.Argument(metavar="TABLE.csv", help="Ring readings: a header and one row a reading.")],
+    wavelength: Annotated[Any, _option(lamps.wavelength, "LENGTH|LINE", "Vacuum wavelength, or a line.")],
+    wavelength_sd: WaveSd = None,
+    pixel_size: Pixel = None,
+    pixel_size_sd: PixelSd = None,
+    view: View = None,
+    bright: Annotated[bool, typer.Option("--bright", help="The readings are of bright rings.")] = False,
+    angle: Annotated[float | None, _option(quantities.angle, "ANGLE", "Of view, against the normal.", "0deg")] = None,
+    angle_sd: Annotated[
+        float | None, _option(quantities.angle, "ANGLE", "Standard deviation of the angle of view.")
+    ] = None,
+    index: Annotated[float, typer.Option(help="Refractive index of what fills the gap.")] = 1.0,
+    index_sd: Annotated[float | None, typer.Option(help="Standard deviation of the index.")] = None,
+    expected_radius: Annotated[
+        float | None,
+        _option(quantities.positive_length, "LENGTH", "Rough radius: warns where diameters and radii are swapped."),
+    ] = None,
+    column: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=COLUMN", help="The table's own name of a column; may be repeated.")
+    ] = None,
+    json: Json = None,
+    output_dir: OutputDir = None,
+    force: Force = False,
+) -> int:
+    """Measure the lens radius from a table of ring readings: the slope of r² against order.
+
+    Columns: order; left_mm with right_mm, or diameter_mm, or radius_mm, the first
+    that is there (also um, cm, m, px); and sd_mm of that reading, if known.
+
+    Ring 1 is the first dark ring outside of the centre: in contact r² = m λ R
+    reflected, (2m - 1) λ R / 2 transmitted. With --bright it is the first bright
+    one, and the formulas change places. The first order need not be right: only
+    steps from ring to ring count. Readings off the line and orders that were
+    miscounted are flagged.
+    """
+    from fitting import rings_verb
+    from fitting.answer import Outputs
+
+    given = {
+        "wavelength": wavelength.within(1.0),
+        "wavelength_sd": wavelength_sd,
+        "pixel_size": pixel_size,
+        "pixel_size_sd": pixel_size_sd,
+        "view": view or "reflected",
+        "bright": bright,
+        "angle": angle or 0.0,
+        "angle_sd": angle_sd,
+        "index": index,
+        "index_sd": index_sd,
+        "expected_radius": expected_radius,
+        "columns": dict(_named(text) for text in column or []),
+    }
+    return rings_verb.run(table, given, Outputs(json, output_dir, force))
+
+
+def _named(text: str) -> tuple[str, str]:
+    name, sign, own = (part.strip() for part in text.partition("="))
+    if not (name and sign and own):
+        raise ValueError(f"--column {text!r}; give NAME=COLUMN, such as diameter_mm=D")
+    return name, own
 
 
 @app.command()

@@ -1,18 +1,15 @@
 """The verbs `fit` and `demo`: from a photograph and options to an answer on the screen and in files."""
 
-import io
-import sys
 import tomllib
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import NamedTuple
 
 import fitting
-from fitting import output, session
+from fitting import session
+from fitting.answer import Outputs, as_png
 from fitting.lamps import Wavelength
 from fitting.progress import progress
-
-_EXIT = {"ok": 0, "no-scale": 0, "refused": 3, "not-converged": 4}
 
 
 class Given(NamedTuple):
@@ -28,26 +25,6 @@ class Given(NamedTuple):
     transfer: float | str | None = None
 
 
-class Outputs(NamedTuple):
-    """Where the answer goes: a JSON file or "-", a folder, and whether files there may be replaced."""
-
-    json: str | None = None
-    folder: Path | None = None
-    force: bool = False
-
-    def json_path(self) -> Path | None:
-        return None if self.json in (None, "-") else Path(str(self.json))
-
-    def in_folder(self) -> dict[str, Path]:
-        """The files of the folder by what they hold."""
-        if self.folder is None:
-            return {}
-        return {kind: self.folder / name for kind, name in _NAMES.items()}
-
-
-_NAMES = {"picture": "result.png", "report": "report.txt", "json": "result.json"}
-
-
 def run(photo: Path, given: Given, outputs: Outputs) -> int:
     """Fit, report, write; the exit status."""
     _check(photo, given, outputs)
@@ -55,7 +32,7 @@ def run(photo: Path, given: Given, outputs: Outputs) -> int:
     arguments = _arguments(given)
     with progress(f"fitting {photo.name}"):
         result = fitting.fit(photo, **arguments)
-    return _answer(result, outputs)
+    return outputs.write(result, _picture)
 
 
 def demo(folder: Path, force: bool) -> int:
@@ -68,7 +45,7 @@ def demo(folder: Path, force: bool) -> int:
         session.prepare()
         with progress("fitting the sample"):
             result = fitting.fit(photo, **sample["given"])
-    status = _answer(result, outputs)
+    status = outputs.write(result, _picture)
     print(_comparison(result, sample["truth"]["radius"]))
     print(f"picture: {outputs.in_folder()['picture']}")
     return status
@@ -79,12 +56,7 @@ def _check(photo: Path, given: Given, outputs: Outputs) -> None:
     for path, what in ((photo, "photograph"), (given.scene, "scene")):
         if path is not None and not path.is_file():
             raise FileNotFoundError(f"{path} is no file; give the path of a {what}")
-    if outputs.folder is not None:
-        if outputs.folder.exists() and not outputs.folder.is_dir():
-            raise NotADirectoryError(f"--output-dir {outputs.folder} is no folder; name another one")
-        outputs.folder.mkdir(parents=True, exist_ok=True)
-    paths = [*outputs.in_folder().values(), *filter(None, [outputs.json_path()])]
-    output.check_free(paths, outputs.force, keep=tuple(filter(None, [photo, given.scene])))
+    outputs.check(tuple(filter(None, [photo, given.scene])))
 
 
 def _arguments(given: Given) -> dict:
@@ -113,33 +85,10 @@ def _arguments(given: Given) -> dict:
     return {**known, "view": scene.view, "scene": scene}
 
 
-def _answer(result, outputs: Outputs) -> int:
-    """Print the report, or why there is none, and write the files that were asked for."""
-    status = _EXIT[result.status]
-    answer = output.json_text(result.as_dict())
-    paths = outputs.in_folder()
-    if outputs.json == "-":
-        sys.stdout.write(answer)
-    elif status != 3:
-        print(result.report())
-    if path := outputs.json_path():
-        output.write(path, answer, outputs.force)
-    if paths:
-        output.write(paths["report"], result.report() + "\n", outputs.force)
-        output.write(paths["json"], answer, outputs.force)
-    if paths and status != 3:
-        output.write(paths["picture"], _picture(result), outputs.force)
-    if status:
-        print(f"newtonjax: {result.status}: {' '.join(result.message.split())}", file=sys.stderr)
-    return status
-
-
 def _picture(result) -> bytes:
     from fitting.plot import result_figure
 
-    file = io.BytesIO()
-    result_figure(result).savefig(file, format="png", dpi=120)
-    return file.getvalue()
+    return as_png(result_figure(result))
 
 
 def _comparison(result, truth: float) -> str:

@@ -6,6 +6,7 @@ refined on finer ones: the factor e^{-2πi k |x - c|²} is a product of a row an
 to a few hundred phasors by two matrix products, on which the same filter runs again.
 """
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,7 +45,9 @@ def flatten(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
     design = np.stack([np.outer(design_y[::step, j], design_x[::step, i])[used] for j, i in pairs])
     weights = np.zeros((5, 5))
     # Normal equations do for a start; a least norm where the mask leaves the polynomial undetermined.
-    weights[tuple(np.transpose(pairs))] = np.linalg.lstsq(design @ design.T, design @ image[sample][used], rcond=1e-12)[0]
+    weights[tuple(np.transpose(pairs))] = np.linalg.lstsq(design @ design.T, design @ image[sample][used], rcond=1e-12)[
+        0
+    ]
     fringes = np.where(mask, image - design_y @ weights @ design_x.T, 0.0)
     width = min(rows, columns) / 8
     power = smooth(fringes**2, width) / (smooth(mask.astype(float), width) + 1e-6)
@@ -84,8 +87,8 @@ def reduce(image: np.ndarray, factor: int) -> np.ndarray:
         return image
     rows, columns = (n // factor * factor for n in image.shape)
     # Slices, added one by one: a mean over two short axes takes up to seven times as long.
-    lines = sum(image[k:rows:factor, :columns] for k in range(factor))
-    return np.asarray(sum(lines[:, k::factor] for k in range(factor))) / factor**2
+    lines = functools.reduce(np.add, (image[k:rows:factor, :columns] for k in range(factor)))
+    return functools.reduce(np.add, (lines[:, k::factor] for k in range(factor))) / factor**2
 
 
 def _scales(half_diagonal: float, fewest: float = 0.4) -> np.ndarray:

@@ -1,0 +1,153 @@
+"""Tables of ring readings: from a CSV file or columns to orders and radii."""
+
+import csv
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+_METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "px": math.nan}
+# What is read, in this order of preference; each gives the ring's radius as a factor times the (difference of) columns.
+_KINDS = {"left": 0.5, "diameter": 0.5, "radius": 1.0}
+# Two columns that tell the same ring's size may differ by this share before it is worth a word.
+_AGREE = 0.02
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Ring radii [m], or [px] where `unit` is "px", by order; `sd` of the radii where the table states one."""
+
+    order: np.ndarray
+    radius: np.ndarray
+    sd: np.ndarray | None
+    unit: str
+    column: str
+    warnings: list[str] = field(default_factory=list)
+
+
+def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] | None = None) -> Readings:
+    """Readings from a CSV file with a header, or from columns by name.
+
+    Columns: `order`; then the first of `left_mm` with `right_mm`, `diameter_mm`, `radius_mm` that is there, in mm, um,
+    cm, m or px; and `sd_mm` (of that column's reading; in px beside px). `columns` maps these names to a table's own.
+
+    Raises FileNotFoundError, and ValueError for a table without these columns, or a cell that is no number.
+    """
+    cells, lines = _columns(table)
+    for name, own in (columns or {}).items():
+        if own not in cells:
+            raise ValueError(f"the table has no column {own!r}; it has {', '.join(cells)}")
+        cells[name] = cells[own]
+    if "order" not in cells:
+        raise ValueError(f"the table has no column 'order'; it has {', '.join(cells)}; name one with order=ITS-NAME")
+    found = _sizes(cells)
+    if not found:
+        raise ValueError(
+            f"the table has no ring sizes; it has {', '.join(cells)}; allowed: left_mm with right_mm, diameter_mm or "
+            "radius_mm (or um, cm, m, px), or name one with diameter_mm=ITS-NAME"
+        )
+    name, *others = found
+    kind, unit = name.split("_")
+    numbers = {key: _numbers(cells[key], key, lines) for key in ("order", *_parts(name))}
+    sd_name = f"sd_{unit}"
+    if sd_name in cells:
+        numbers[sd_name] = _numbers(cells[sd_name], sd_name, lines)
+    whole = np.all([np.isfinite(column) for column in numbers.values()], axis=0)
+    warnings = [f"{np.sum(~whole)} rows with an empty cell were left out"] if not whole.all() else []
+    if not whole.any():
+        raise ValueError("no row of the table is complete")
+    scale = 1.0 if unit == "px" else _METRES[unit]
+    radius = _radius(numbers, name)[whole] * scale
+    if np.any(radius < 0):
+        raise ValueError(f"{name} holds a negative size; allowed: zero or more")
+    sd = None
+    if sd_name in numbers:
+        sd = numbers[sd_name][whole] * scale * _KINDS[kind] * (math.sqrt(2) if kind == "left" else 1)
+        if np.any(sd <= 0):
+            raise ValueError(f"{sd_name} holds {sd.min():g}; allowed: above zero")
+    for other in others:
+        warnings += _disagreement(cells, lines, name, other, whole)
+    return Readings(numbers["order"][whole], radius, sd, "px" if unit == "px" else "m", name, warnings)
+
+
+def _columns(table) -> tuple[dict[str, list], list[int]]:
+    """Cells by column, and the line of the file that each row stands on."""
+    if isinstance(table, Mapping):
+        cells = {str(name): list(np.atleast_1d(np.asarray(values))) for name, values in table.items()}
+        if len({len(column) for column in cells.values()}) != 1:
+            raise ValueError("the columns have different lengths, or there are none")
+        return cells, list(range(1, len(next(iter(cells.values()))) + 1))
+    path = Path(table)
+    if not path.is_file():
+        raise FileNotFoundError(f"{path} is no file; give the path of a table of ring readings (CSV with a header)")
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise ValueError(f"{path} is no text; give a table of ring readings (CSV with a header)") from None
+    rows = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+    if len(rows) < 2:
+        raise ValueError(f"{path} holds no readings; give a header and one row a ring")
+    delimiter = max(",;\t", key=rows[0][1].count)
+    header, *body = csv.reader([line for _, line in rows], delimiter=delimiter)
+    names = [name.strip() for name in header]
+    if any(len(row) != len(names) for row in body):
+        bad = next(n for (n, _), row in zip(rows[1:], body, strict=True) if len(row) != len(names))
+        raise ValueError(f"{path}, line {bad}: its number of cells is not the header's {len(names)}")
+    if delimiter != ",":
+        body = [[cell.replace(",", ".") for cell in row] for row in body]
+    return {name: [row[k] for row in body] for k, name in enumerate(names)}, [n for n, _ in rows[1:]]
+
+
+def _sizes(cells: Mapping[str, list]) -> list[str]:
+    names = [f"{kind}_{unit}" for kind in _KINDS for unit in _METRES]
+    return [name for name in names if all(part in cells for part in _parts(name))]
+
+
+def _parts(name: str) -> tuple[str, ...]:
+    kind, unit = name.split("_")
+    return (name, f"right_{unit}") if kind == "left" else (name,)
+
+
+def _numbers(column: list, name: str, lines: list[int]) -> np.ndarray:
+    values = []
+    for cell, line in zip(column, lines, strict=True):
+        text = str(cell).strip()
+        try:
+            values.append(float(text) if text else math.nan)
+        except ValueError:
+            raise ValueError(f"line {line}, column {name}: {text!r} is no number") from None
+        if math.isinf(values[-1]):
+            raise ValueError(f"line {line}, column {name}: {text!r} is not finite")
+    return np.array(values)
+
+
+def _radius(numbers: Mapping[str, np.ndarray], name: str) -> np.ndarray:
+    parts = [numbers[part] for part in _parts(name)]
+    size = np.abs(parts[0] - parts[1]) if len(parts) == 2 else parts[0]
+    return size * _KINDS[name.split("_")[0]]
+
+
+def _disagreement(cells, lines, name: str, other: str, whole: np.ndarray) -> list[str]:
+    """That two columns tell different sizes, in the same unit or by a factor that is not the same for all rows."""
+    mine, theirs = (
+        _radius({part: _numbers(cells[part], part, lines) for part in _parts(one)}, one)[whole] for one in (name, other)
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = theirs / mine
+    ratio = ratio[np.isfinite(ratio) & (ratio > 0)]
+    if len(ratio) == 0:
+        return []
+    mine_unit, their_unit = (_METRES[one.split("_")[1]] for one in (name, other))
+    # Against pixels only the common factor, the scale, is unknown.
+    factor = mine_unit / their_unit
+    if name.endswith("px") != other.endswith("px"):
+        factor = float(np.median(ratio))
+    elif name.endswith("px"):
+        factor = 1.0
+    away = np.abs(ratio / factor - 1)
+    if away.max() < _AGREE:
+        return []
+    return [f"{other} and {name} disagree by up to {away.max():.1%}: {name} was used"]
