@@ -12,6 +12,7 @@ _HOME = {
     "Light": "light",
     "Plan": "planning",
     "Scene": "scene",
+    "Splat": "splatting",
     "Surface": "surfaces",
     "Traced": "methods",
     "air_wedge": "benches",
@@ -25,6 +26,8 @@ _HOME = {
     "render": "rendering",
     "save_scene": "files",
     "sin_turns": "turns",
+    "splat": "splatting",
+    "spread": "splatting",
 }
 
 __all__ = sorted(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]  # lazy exports: one table names them

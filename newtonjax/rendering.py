@@ -12,6 +12,7 @@ from newtonjax.planning import plan
 from newtonjax.precision import require_x64, x64
 from newtonjax.quantities import is_concrete
 from newtonjax.scene import Scene
+from newtonjax.splatting import Splat
 
 
 def render(
@@ -70,8 +71,14 @@ def _as_float32(image):
         return jax.block_until_ready(image.astype(jnp.float32))
 
 
-@partial(jax.jit, static_argnames="method")
 def _image(scene, camera, method):
+    if isinstance(method, Splat):  # refines its source by what it sees, and so cannot be compiled as a whole
+        return method.image(scene, camera), True
+    return _compiled_image(scene, camera, method)
+
+
+@partial(jax.jit, static_argnames="method")
+def _compiled_image(scene, camera, method):
     if isinstance(method, Chebyshev):
         return method.image_and_reach(scene, camera)
     return method.image(scene, camera), True
