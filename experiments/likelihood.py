@@ -72,7 +72,7 @@ def likelihood(size: int, repeats: int) -> dict:
     image = image_of(best, size, parts) + NOISE * rng.normal(size=(size, size))
     frame = frame_of((size, size))
     half = (size - 1) / 2
-    model = as_arrays(GapModel(frame, WAVELENGTH / PIXEL))
+    model = as_arrays(GapModel(frame, (WAVELENGTH / PIXEL, 1.0)))
     stretch = frame.unit / half  # the model counts in half diagonals, the exact one in half sides
 
     def free(values):

@@ -1,5 +1,6 @@
 """The command `newtonjax`: its verbs and their options. What is heavy is imported inside the verbs."""
 
+import io
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -21,6 +22,9 @@ app = typer.Typer(
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; its exit status. Errors go to stderr in one line."""
     arguments = sys.argv[1:] if arguments is None else arguments
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a λ must not cost the answer where the terminal has none
     if not arguments:
         return _fail("no verb given; give render, fit or demo (newtonjax --help explains them)")
     try:
@@ -140,7 +144,7 @@ def render(
         typer.Option(help="Largest error of intensity over the peak.", show_default="0.001 without a method"),
     ] = None,
     expose: Annotated[bool, typer.Option("--expose", help="A photograph of it, with shot and read noise.")] = False,
-    seed: Annotated[int, typer.Option(min=0, help="Of the noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Of the noise.")] = 0,
     bits: Annotated[Literal["8", "16"], typer.Option(help="16: linear; 8: sRGB.")] = "16",
     force: Force = False,
 ) -> int:

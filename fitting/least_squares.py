@@ -100,8 +100,8 @@ def solve(local: Local, kept: Moments, start: Unknowns, active: Bool[Array, " un
 
 
 @eqx.filter_jit
-def linear_start(local: Local, kept: Moments) -> Unknowns:
-    """Background and contrast of full degree by linear least squares, for a model's numbers as they are."""
+def linear_start(local: Local, kept: Moments, active: Bool[Array, " unknowns"]) -> Unknowns:
+    """Background and contrast, as far as they are free, by linear least squares, for a model's numbers as they are."""
     low, high = len(degrees(BACKGROUND)), len(degrees(CONTRAST))
 
     def image(linear):
@@ -109,7 +109,8 @@ def linear_start(local: Local, kept: Moments) -> Unknowns:
         return residuals(kept, model_coefficients(*fields(local, unknowns), kept.reference))
 
     zero = jnp.zeros(low + high)
-    slope = jax.jacfwd(image)(zero)
+    # What is not free has no column, and so keeps the least norm, 0.
+    slope = jnp.where(active[len(local.free) :], jax.jacfwd(image)(zero), 0.0)
     best = jnp.linalg.lstsq(slope, -image(zero), rcond=1e-10)[0]
     return Unknowns(local.free, best[:low], best[low:])
 
@@ -161,9 +162,9 @@ def covariance(solution: Solution, variance: float) -> np.ndarray:
     return total
 
 
-def background_only(kept: Moments) -> Float[Array, ""]:
-    """Chi-squared of the best background without fringes."""
-    low = len(degrees(BACKGROUND))
+def background_only(kept: Moments, degree: int = BACKGROUND) -> Float[Array, ""]:
+    """Chi-squared of the best background of a degree without fringes."""
+    low = len(degrees(degree))  # lowest degrees come first
     columns = np.asarray(kept.root)[:, :low]
     target = np.asarray(kept.target)
     left = target - columns @ np.linalg.lstsq(columns, target, rcond=1e-10)[0]

@@ -33,16 +33,21 @@ def measured(found, known: Quantities, view: str, covariance: np.ndarray) -> dic
         "fringe_scale_sd": float(relative * abs(EXPONENTS.get(known.unknown or "", 1)) * scale),
         "centre_px": centre,
     }
-    parameters = {name: Parameter(value, float(sd), False) for name, value, sd in place}
+    centre_held, gap_held = "centre_px" in found.fixed, "gap" in found.fixed
+    parameters = {name: _parameter(value, sd, centre_held) for name, value, sd in place}
+    moving = [0] + ([] if centre_held else [1, 2]) + ([] if gap_held else [3])
+    names = np.array([known.unknown or "fringe_scale_per_px2", *parameters, "gap"])
     if known.unknown is None or gap is None:
-        missing = " and ".join(name for name in ("wavelength", "pixel_size") if name not in known.given)
+        missing = " and ".join(name for name in EXPONENTS if name not in known.given)
+        moving = [k for k in moving if k < 3]
         return common | {
             "status": "no-scale",
-            "message": f"without {missing} there is no radius: the fringe scale is the answer",
+            "message": f"{missing} are not given, and only one of them can be measured: the fringe scale is the answer",
             "parameters": parameters,
-            "names": ("fringe_scale_per_px2", *parameters),
-            "covariance": spread[:3, :3],
+            "names": tuple(names[moving].tolist()),
+            "covariance": spread[np.ix_(moving, moving)],
         }
+    gap = found.fixed.get("gap", gap)
     effects = {name: _effect(found, known, name) * values[known.unknown] / values[name] for name in known.sd}
     budget = [("noise", float(sds[0]))] + [(name, abs(effects[name]) * sd) for name, sd in known.sd.items()]
     total = float(np.sqrt(sum(sd**2 for _, sd in budget)))
@@ -51,12 +56,16 @@ def measured(found, known: Quantities, view: str, covariance: np.ndarray) -> dic
     return common | {
         "status": "ok",
         "gap": gap,
-        "parameters": answer | given | parameters | {"gap": Parameter(gap, float(sds[3]), False)},
-        "names": (known.unknown, *parameters, "gap"),
-        "covariance": spread,
+        "parameters": answer | given | parameters | {"gap": _parameter(gap, sds[3], gap_held)},
+        "names": tuple(names[moving].tolist()),
+        "covariance": spread[np.ix_(moving, moving)],
         "budget": budget,
         **_radius(known, values, total, budget),
     }
+
+
+def _parameter(value: float, sd: float, held: bool) -> Parameter:
+    return Parameter(value, None if held else float(sd), held)
 
 
 def _radius(known: Quantities, values: dict[str, float], total: float, budget) -> dict:
@@ -102,22 +111,35 @@ def _of_scene(model: SceneModel, known: Quantities, free: np.ndarray):
 def _effect(found, known: Quantities, name: str) -> float:
     """Relative change of the measured quantity per relative change of a given one, at the optimum.
 
-    For the gap formula by its exponents. For a bench by -pinv(J) ∂r/∂p, the implicit function theorem for Gauss and
-    Newton's normal equations; ∂r/∂p is a central difference of 1e-5, small against a turn and large against rounding.
+    -pinv(J) ∂r/∂p, the implicit function theorem for Gauss and Newton's normal equations, gives the change of the
+    first free number; ∂r/∂p is a central difference of 1e-5, small against a turn and large against rounding.
     """
-    if not isinstance(found.model, SceneModel):
-        return -EXPONENTS[name] / EXPONENTS[known.measured]
     unknowns, model = found.solution.unknowns, found.model
+    first = float(unknowns.model[0])
 
     def left(factor):
-        if name == "pixel_size":
+        free = unknowns.model
+        if not isinstance(model, SceneModel):
+            changed = replace(known, given={**known.given, name: known.given[name] * factor})
+            moved = replace(model, sphere=changed.sphere(first / model.frame.unit**2))
+            if "gap" in found.fixed:
+                free = free.at[3].add(_held_turns(found.fixed, changed) - _held_turns(found.fixed, known))
+        elif name == "pixel_size":
             moved = replace(model, pixel_size=model.pixel_size * factor)
         else:
             moved = replace(model, scene=change(model.scene, name, factor, model.face))
-        image = ls.fields(localize(as_arrays(moved), unknowns.model), unknowns)
+        image = ls.fields(localize(as_arrays(moved), free), unknowns._replace(model=free))
         return np.asarray(residuals(found.kept, model_coefficients(*image, found.kept.reference)))
 
     step = 1e-5
     slope = (left(1 + step) - left(1 - step)) / (2 * step)
     jacobian = np.asarray(found.solution.jacobian)[:, np.asarray(found.solution.active)]
-    return float(-np.linalg.lstsq(jacobian, slope, rcond=1e-12)[0][0]) / (1 + float(unknowns.model[0]))
+    moved = float(-np.linalg.lstsq(jacobian, slope, rcond=1e-12)[0][0])
+    if isinstance(model, SceneModel):
+        return moved / (1 + first)
+    return (moved / first - EXPONENTS[name]) / EXPONENTS[known.measured]
+
+
+def _held_turns(fixed: dict, known: Quantities) -> float:
+    """Phase of a held gap [turns], but for the view's half turn."""
+    return 2 * known.given.get("index", 1.0) * fixed["gap"] / known.given["wavelength"]

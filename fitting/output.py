@@ -12,12 +12,16 @@ def check_free(paths: list[Path], force: bool, keep: tuple[Path, ...] = ()) -> N
     Raises FileExistsError for a file that is there already (unless `force`), ValueError for one of `keep` (what the
     command reads), and FileNotFoundError for a folder that is not there.
     """
+    if len({path.absolute() for path in paths}) < len(paths):
+        raise ValueError(f"two answers would go to one file; name another file than {paths[-1]}")
     for path in paths:
         if any(path.exists() and other.exists() and path.samefile(other) for other in keep):
             raise ValueError(f"{path} is what the command reads; name another file to write")
         if path.is_dir():
             raise IsADirectoryError(f"{path} is a folder; name a file to write")
-        if path.exists() and not force:
+        if path.exists() and not path.is_file():
+            raise ValueError(f"{path} is no regular file; name a file to write, or - for the screen")
+        if os.path.lexists(path) and not force:
             raise FileExistsError(f"{path} is there already; name another file, or add --force to overwrite it")
         if not path.parent.is_dir():
             raise FileNotFoundError(f"{path.parent} is no folder; make it first, or name another file than {path}")
@@ -30,6 +34,7 @@ def write(path: Path, content: bytes | str, force: bool) -> None:
     """
     check_free([path], force)
     data = content.encode("utf-8") if isinstance(content, str) else content
+    path = path.resolve()  # a link stays one, and its target gets the content
     neighbour = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         neighbour.write_bytes(data)

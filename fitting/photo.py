@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from scipy import ndimage
 
+from fitting.image_file import load
 from fitting.start import reduce, smooth, thin
 
 _CHANNELS = ("red", "green", "blue")
@@ -19,11 +20,14 @@ class Photograph:
 
     - `image` [rows, columns]: linear in the light, largest unmasked value about 1.
     - `mask` [rows, columns]: True where a pixel may be used.
+    - `lit` [rows, columns]: as `mask`, with saturated pixels: bright they are, and a search that took them for nothing
+      would find the rings of the mask.
     - `channel`: which was taken; `transfer`: how codes became light; `warnings`: what a person should know.
     """
 
     image: np.ndarray
     mask: np.ndarray
+    lit: np.ndarray
     channel: str
     transfer: str
     warnings: list[str] = field(default_factory=list)
@@ -40,43 +44,71 @@ def read(
 
     Raises FileNotFoundError, and ValueError for what is no image.
     """
-    raw = _load(source) if isinstance(source, str | Path) else np.asarray(source)
+    raw = load(source) if isinstance(source, str | Path) else np.ma.getdata(source)
     planes, top = _planes(raw)
-    curve, name = _transfer(transfer, raw.dtype)
+    curve, name = _transfer(transfer, top)
     count = planes.shape[2]
     channel = max(range(count), key=lambda c: _merit(planes[:, :, c], top)) if count > 1 else 0
     code = planes[:, :, channel]
-    usable = np.isfinite(code) & (code < _SATURATED * top)
+    saturated = code >= min(_SATURATED * top, _pile_up(code))
     light = curve(np.where(np.isfinite(code), code, 0.0) / (top if np.isfinite(top) else 1.0))
-    usable &= _lit(light)
+    lit = np.isfinite(code) & _opaque(source, raw)
+    lit &= ~_wild(light, lit) & _lit(light)
     warnings = []
     if mask is not None:
         mask = np.asarray(mask, dtype=bool)
         if mask.shape != code.shape:
             raise ValueError(f"mask has shape {mask.shape}; allowed: the image's, {code.shape}")
-        usable &= mask
-    if usable.sum() < 64:
-        raise ValueError(f"{usable.sum()} pixels can be used of {code.size}; the image is saturated, dark or masked")
-    saturated = float(np.mean(code >= _SATURATED * top))
-    if saturated > 0.02:
-        warnings.append(f"{saturated:.0%} of the pixels are saturated and were left out; expose less")
-    sample = thin(usable)
-    scale = float(np.percentile(light[sample][usable[sample]], 99.5)) or 1.0
+        lit &= mask
+    usable = lit & ~saturated
+    share = float(np.mean(saturated))
+    if share > 0.02:
+        warnings.append(f"{share:.0%} of the pixels are saturated and were left out; expose less")
+    scale = float(np.percentile(light[sample][usable[sample]], 99.5)) if usable[sample := thin(usable)].any() else 0.0
     labels = _CHANNELS if planes.shape[2] == 3 else ("grey",)
-    return Photograph(light / scale, usable, labels[channel], name, warnings)
+    return Photograph(light / (scale or 1.0), usable, lit, labels[channel], name, warnings)
 
 
-def _load(path: str | Path) -> np.ndarray:
-    import imageio.v3 as iio
+def _opaque(source, raw: np.ndarray) -> np.ndarray:
+    """False where an alpha channel is 0, or a masked array is masked."""
+    masked = np.broadcast_to(np.ma.getmaskarray(np.ma.asarray(source)), raw.shape) if _has_mask(source) else None
+    opaque = np.ones(raw.shape[:2], bool)
+    if masked is not None:
+        opaque &= ~(masked if raw.ndim == 2 else np.any(masked, axis=2))
+    if raw.ndim == 3 and raw.shape[2] in (2, 4):
+        opaque &= raw[:, :, -1] > 0
+    return opaque
 
-    path = Path(path)
-    if not path.is_file():
-        raise FileNotFoundError(f"{path} is no file; give the path of a photograph (PNG, JPEG, TIFF, WebP)")
-    try:
-        return np.asarray(iio.imread(path, index=0, plugin="pillow", rotate=True))
-    except Exception as error:  # the plugins raise whatever their decoder raises
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise ValueError(f"{path} cannot be read as an image ({reason}); allowed: PNG, JPEG, TIFF, WebP") from error
+
+def _has_mask(source) -> bool:
+    return isinstance(source, np.ma.MaskedArray)
+
+
+def _pile_up(code: np.ndarray) -> float:
+    """The code at which light piled up, below the top of its type (12 bits in 16, a clipped array); else infinite.
+
+    At an unclipped crest the last two codes hold pixels as sqrt(1) to sqrt(2) - sqrt(1).
+    """
+    known = code[np.isfinite(code)]
+    if known.size == 0:
+        return np.inf
+    top = known.max()
+    at = known == top
+    below = known[~at]
+    if at.mean() < 0.02 or below.size == 0:
+        return np.inf
+    return float(top) if at.sum() > 6 * (below == below.max()).sum() else np.inf
+
+
+def _wild(light: np.ndarray, lit: np.ndarray) -> np.ndarray:
+    """Pixels further outside of the middle 99 % than these are wide: hot, dead or struck ones, which no rings make."""
+    sample = thin(lit)
+    if not lit[sample].any():
+        return np.zeros(light.shape, bool)
+    low, high = np.percentile(light[sample][lit[sample]], [0.5, 99.5])
+    if high == low:
+        return np.zeros(light.shape, bool)
+    return (light > 2 * high - low) | (light < 2 * low - high)
 
 
 def _planes(raw: np.ndarray) -> tuple[np.ndarray, float]:
@@ -88,7 +120,7 @@ def _planes(raw: np.ndarray) -> tuple[np.ndarray, float]:
         raise ValueError(f"an image with {raw.shape[2]} channels was given; allowed: 1 to 4")
     if not (np.issubdtype(raw.dtype, np.integer) or np.issubdtype(raw.dtype, np.floating)):
         raise ValueError(f"an image of type {raw.dtype} was given; allowed: integers or floats")
-    top = float(np.iinfo(raw.dtype).max) if np.issubdtype(raw.dtype, np.integer) else np.inf
+    top = _top(raw)
     planes = raw[:, :, None] if raw.ndim == 2 else raw[:, :, : 3 if raw.shape[2] >= 3 else 1]
     planes = planes.astype(float)
     if (
@@ -100,9 +132,18 @@ def _planes(raw: np.ndarray) -> tuple[np.ndarray, float]:
     return planes, top
 
 
-def _transfer(transfer: str | float | None, dtype: np.dtype):
+def _top(raw: np.ndarray) -> float:
+    """The largest code of an integer image: of 8 bits or 16, by its type, or by its values where that is wider."""
+    if not np.issubdtype(raw.dtype, np.integer):
+        return np.inf
+    if raw.dtype.itemsize <= 2:
+        return float(np.iinfo(raw.dtype).max)
+    return 255.0 if raw.max() <= 255 else 65535.0 if raw.max() <= 65535 else float(np.iinfo(raw.dtype).max)
+
+
+def _transfer(transfer: str | float | None, top: float):
     if transfer is None:
-        transfer = "srgb" if np.issubdtype(dtype, np.integer) and dtype.itemsize == 1 else "linear"
+        transfer = "srgb" if top <= 255 else "linear"
     if transfer == "linear":
         return (lambda code: code), "linear"
     if transfer == "srgb":

@@ -7,6 +7,10 @@ import re
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 _UNIT = re.compile(r"[^\W\d_]+|°")
 _EXAMPLES = {"length": "nm, um, mm, cm or m, as in 589.3nm", "angle": "mrad, rad, deg or arcsec, as in 0.1mrad"}
+_KNOWN = {
+    "length": ("meter", "micron", "angstrom", "inch", "foot", "thou", "mil"),
+    "angle": ("radian", "degree", "arcminute", "arcsecond", "turn", "gradian"),
+}
 
 
 @functools.cache
@@ -75,5 +79,7 @@ def _factor(unit: str, kind: str) -> float | None:
         root = registry.Quantity(1.0, registry.parse_units(unit)).to_root_units()
     except (pint.PintError, ValueError):
         return None
-    # Root units, not dimensions: to pint an angle is dimensionless, and so is a percentage.
-    return float(root.magnitude) if root.units == base else None
+    # Root units, not dimensions: to pint an angle is dimensionless, and so is a percentage. And by name: to pint a
+    # pixel is the 96th part of an inch.
+    known = str(registry.parse_units(unit)).endswith(_KNOWN[kind])
+    return float(root.magnitude) if known and root.units == base else None

@@ -1,11 +1,56 @@
 """Which quantity a fit measures: n s² / (R λ) is one number, so three of the four must be given."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 # ln k = Σ exponent ln quantity, for the fringe scale k = n s² / (R λ).
 EXPONENTS = {"radius": -1, "wavelength": -1, "pixel_size": 2, "index": 1}
+# What can be meant [m]; outside of it a unit was mistaken.
+RANGES = {"radius": (1e-6, 1e6), "wavelength": (1e-9, 1e-3), "pixel_size": (1e-9, 1e-1), "index": (0.1, 10.0)}
+
+
+def number(name: str, value) -> float:
+    """A finite number out of what was given. Raises ValueError for anything else."""
+    try:
+        found = float(np.asarray(value).item())
+    except (TypeError, ValueError):
+        found = np.nan
+    if not np.isfinite(found):
+        raise ValueError(f"{name} is {value!r}; allowed: one finite number in SI units")
+    return found
+
+
+def checked_fixed(fixed) -> dict:
+    """What the user holds, as numbers. Raises ValueError for other names or values."""
+    return _checked("fixed", fixed, {"gap"})
+
+
+def checked_start(start) -> dict:
+    """What the user starts from, as numbers. Raises ValueError for other names or values, or where one is missing."""
+    found = _checked("start", start, {"radius", "fringe_scale_per_px2"})
+    for name in ("radius", "fringe_scale_per_px2"):
+        if name in found and found[name] <= 0:
+            raise ValueError(f"start: {name} is {found[name]:g}; allowed: above zero")
+    if found and ("centre_px" not in found or len(found) < 2):
+        raise ValueError("start needs centre_px, and radius or fringe_scale_per_px2; without it the rings are searched")
+    return found
+
+
+def _checked(what: str, given, scalars: set[str]) -> dict:
+    if given is None:
+        return {}
+    allowed = sorted({"centre_px", *scalars})
+    if not isinstance(given, Mapping) or set(given) - set(allowed):
+        raise ValueError(f"{what} is {given!r}; allowed: a mapping of {', '.join(allowed)}")
+    found: dict = {name: number(f"{what}: {name}", given[name]) for name in given if name in scalars}
+    if "centre_px" in given:
+        pair = np.atleast_1d(np.asarray(given["centre_px"], dtype=object))
+        if pair.shape != (2,):
+            raise ValueError(f"{what}: centre_px is {given['centre_px']!r}; allowed: two numbers, (x, y) in pixels")
+        found["centre_px"] = tuple(number(f"{what}: centre_px", value) for value in pair)
+    return found
 
 
 @dataclass(frozen=True)
@@ -50,11 +95,15 @@ def quantities(given: dict[str, float | None], sd: dict[str, float | None], free
 
     Raises ValueError for values that are not positive, and where nothing is left to measure.
     """
-    for kind, table in (("", given), (" standard deviation", sd)):
-        for name, value in table.items():
-            bad = value is not None and not (np.isfinite(value) and (value > 0 or (kind and value == 0)))
-            if bad:
-                raise ValueError(f"{name}{kind} is {value}; allowed: a positive number in SI units")
+    for name, value in given.items():
+        low, high = RANGES[name]
+        if value is not None and not low <= number(name, value) <= high:
+            raise ValueError(f"{name} is {value}; allowed: {low:g} to {high:g}{'' if name == 'index' else ' m'}")
+    for name, value in sd.items():
+        if value is not None and not 0 <= number(f"{name}_sd", value) < np.inf:
+            raise ValueError(f"{name}_sd is {value}; allowed: zero or a positive number in SI units")
+        if value and given[name] is None:
+            raise ValueError(f"{name}_sd is given without {name}; give both, or neither")
     known = {name: float(value) for name, value in given.items() if value is not None and name not in free}
     missing = [name for name in EXPONENTS if name not in known]
     if not missing:

@@ -20,7 +20,7 @@ def gap_height(scene: Scene) -> float:
 
 
 def scene_start(scene: Scene, known: Quantities, frame: Frame, gap: np.ndarray, found: np.ndarray, fixed: dict):
-    """The model of a bench, its starting numbers, and which of them are held.
+    """The model of a bench and its starting numbers.
 
     `gap`: the gap formula's free numbers; `found`: its phase at the nodes. The quantities that are given replace the
     scene's; the unknown one starts from the gap formula. Then the bench's phase at the nodes is fitted to the one
@@ -28,23 +28,31 @@ def scene_start(scene: Scene, known: Quantities, frame: Frame, gap: np.ndarray, 
 
     Raises ValueError where the bench's beams do not reach the whole image.
     """
-    values = known.values(float(gap[0]) / frame.unit**2)
     upper, at = required_gap(scene), curved_surface(scene)
-    radius = 1 / float(scene.surfaces[at].curvature)
-    scene = change(scene, "radius", values["radius"] / abs(radius), at)
-    scene = change(scene, "wavelength", values["wavelength"] / float(scene.wavelength), at)
-    scene = change(scene, "index", values["index"] / float(scene.media[upper + 1]), at)
-    model = SceneModel(frame, scene, values["pixel_size"], at, known.measured)
-    rise = (fixed["gap"] - gap_height(scene)) * 2 / values["wavelength"] if "gap" in fixed else 0.0
-    place = gap[1:3]
+    own = {
+        "radius": abs(1 / float(scene.surfaces[at].curvature)),
+        "wavelength": float(scene.wavelength),
+        "index": float(scene.media[upper + 1]),
+    }
+    place, rise = gap[1:3], 0.0
     if "centre_px" in fixed:
         place = [(c - m) / frame.unit for c, m in zip(fixed["centre_px"], frame.middle, strict=True)]
-    numbers = np.array([0.0, *place, rise])
-    points = jnp.stack([frame.x - frame.middle[0], frame.y - frame.middle[1]], axis=1) * values["pixel_size"]
-    if not bool(_arrives(as_arrays(scene), points)):
-        raise ValueError("the scene's beams do not reach the whole image; check pixel_size, screen and thicknesses")
     held = ((1, 2) if "centre_px" in fixed else ()) + ((3,) if "gap" in fixed else ())
-    return model, _match(as_arrays(model), numbers, held, found), held
+    apparent = known.values(float(gap[0]) / frame.unit**2)
+    # Where the apparent quantity makes no bench that light gets through, the scene's own one may.
+    for values in (apparent, {**apparent, **known.given, known.measured: own.get(known.measured, 0.0)}):
+        if not values[known.measured]:
+            continue
+        bench = scene
+        for name, value in own.items():
+            bench = change(bench, name, values[name] / value, at)
+        model = SceneModel(frame, bench, values["pixel_size"], at, known.measured)
+        points = jnp.stack([frame.x - frame.middle[0], frame.y - frame.middle[1]], axis=1) * values["pixel_size"]
+        if bool(_arrives(as_arrays(bench), points)):
+            if "gap" in fixed:
+                rise = (fixed["gap"] - gap_height(bench)) * 2 / values["wavelength"]
+            return model, _match(as_arrays(model), np.array([0.0, *place, rise]), held, found)
+    raise ValueError("the scene's beams do not reach the whole image; check pixel_size, screen and thicknesses")
 
 
 @eqx.filter_jit
@@ -53,24 +61,29 @@ def _arrives(scene: Scene, points):
 
 
 def _match(model: SceneModel, numbers: np.ndarray, held: tuple[int, ...], found: np.ndarray) -> np.ndarray:
-    """Free numbers that make a phase, up to whole turns, by Gauss and Newton's method on the nodes."""
-    free = [k for k in range(len(numbers)) if k not in held]
-    wanted = None
+    """Free numbers that make a phase, up to whole turns, by Gauss and Newton's method on the nodes.
+
+    A constant stands in for the rise, which hardly differs from it: so the rise stays within half a turn of the
+    scene's, and does not run away along a valley of centre and radius. Its fraction is the rise's in the end.
+    """
+    free = [k for k in range(3) if k not in held]
+    sign, constant, slope = 0.0, 0.0, np.ones((1, 4))
     for _ in range(_ROUNDS):
         local = localize(model, jnp.asarray(numbers))
         phase = np.asarray(local.value[0])
-        if wanted is None:
-            # The image does not tell the sign of the curvature; the scene does.
-            wanted = np.sign(_bend(phase)) * found
-            wanted += np.round(np.mean(phase - wanted))
-        slope = np.asarray(local.slope[0])[:, free]
-        move = np.linalg.lstsq(slope, wanted - phase, rcond=None)[0]
+        # The image does not tell the sign of the curvature; the scene does.
+        sign = sign or np.sign(_bend(phase))
+        slope = np.asarray(local.slope[0])
+        columns = np.concatenate([slope[:, free], np.ones((len(phase), 1))], axis=1)
+        *move, constant = np.linalg.lstsq(columns, sign * found - phase, rcond=None)[0]
         # A radius may not change by more than half in one step: its sign is the scene's.
-        move *= min(1.0, 0.5 / max(abs(move[0]), 1e-12)) if 0 in free else 1.0
+        move = np.array(move) * min(1.0, 0.5 / max(abs(move[0]), 1e-12))
         numbers = numbers.copy()
         numbers[free] += move
-        if np.abs(slope @ move).max() < 1e-3:
+        if np.abs(slope[:, free] @ move).max() < 1e-3:
             break
+    if 3 not in held:
+        numbers[3] += (constant - np.round(constant)) / slope[:, 3].mean()
     return numbers
 
 

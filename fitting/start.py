@@ -15,6 +15,9 @@ from scipy import fft, ndimage
 
 _COARSEST = 128
 _BLOCKS = 32
+_TILE = 64
+# Rings that explain as much of the fringes' power need no second opinion.
+_GOOD = 0.3
 
 
 @dataclass(frozen=True)
@@ -94,7 +97,7 @@ def reduce(image: np.ndarray, factor: int) -> np.ndarray:
 def _scales(half_diagonal: float, fewest: float = 0.4) -> np.ndarray:
     """Fringe scales to try: spaced by half a turn at the rim of what is resolved (slower than 2 px a half fringe)."""
     scales, k = [], fewest / half_diagonal**2
-    while k < 0.015:
+    while k < 0.05:
         scales.append(k)
         k += 0.4 / min(half_diagonal, 0.25 / k) ** 2
     return np.array(scales)
@@ -125,6 +128,51 @@ def search(fringes: np.ndarray, count: int = 4) -> list[Rings]:
         if len(distinct) == count:
             break
     return distinct
+
+
+def from_tiles(fringes: np.ndarray) -> Rings | None:
+    """A candidate from the wave vectors of small tiles: these are 2 k (x - c), linear in the place, up to their signs.
+
+    Every two tiles, with either sign, propose scale and centre; the proposal that most tiles agree with is refined by
+    least squares over these. None where no three agree.
+    """
+    size = min(_TILE, *fringes.shape)
+    corners = [np.unique(np.linspace(0, n - size, 10).round().astype(int)) for n in fringes.shape]
+    places = np.array([(x + (size - 1) / 2, y + (size - 1) / 2) for y in corners[0] for x in corners[1]])
+    tiles = np.stack([fringes[y : y + size, x : x + size] for y in corners[0] for x in corners[1]])
+    window = np.hanning(size + 2)[1:-1]
+    power = np.abs(np.asarray(fft.fft2(tiles * np.outer(window, window), (2 * size,) * 2, workers=2))) ** 2
+    frequency = fft.fftfreq(2 * size)
+    slow = np.hypot(*np.meshgrid(frequency, frequency)) < 1.5 / size
+    at = np.where(slow, 0, power).reshape(len(tiles), -1).argmax(axis=1)
+    waves = np.stack([frequency[at % (2 * size)], frequency[at // (2 * size)]], axis=1)
+    near = 1.5 / size
+
+    def agree(scale, zero):
+        """Signed wave vectors of the tiles by the nearer sign, and which agree, for a proposal 2 k x + zero."""
+        wanted = 2 * scale * places + zero
+        sign = np.where((waves * wanted).sum(axis=1) < 0, -1.0, 1.0)[:, None] * waves
+        return sign, np.abs(sign - wanted).max(axis=1) < near
+
+    best, kept = 2, None
+    first, second = np.triu_indices(len(places), 1)
+    apart = places[second] - places[first]
+    for sign in (1.0, -1.0):
+        doubled = ((sign * waves[second] - waves[first]) * apart).sum(axis=1) / (apart**2).sum(axis=1)
+        for k in np.flatnonzero(np.abs(doubled) > 0.2 / (np.hypot(*fringes.shape) / 2) ** 2):
+            signed, good = agree(doubled[k] / 2, waves[first[k]] - doubled[k] * places[first[k]])
+            if good.sum() > best:
+                best, kept = int(good.sum()), (signed, good)
+    if kept is None:
+        return None
+    signed, good = kept
+    middle, mean = places[good].mean(axis=0), signed[good].mean(axis=0)
+    away = places[good] - middle
+    doubled = float((away * (signed[good] - mean)).sum() / (away**2).sum())
+    if doubled == 0:
+        return None
+    x, y = (float(value) for value in middle - mean / doubled)
+    return Rings(abs(doubled) / 2, (x, y), 0.0, 0.0)
 
 
 def _phasors(fringes: np.ndarray, rings: Rings) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -177,16 +225,26 @@ def _settle(fringes: np.ndarray, rings: Rings) -> Rings:
 def find_rings(image: np.ndarray, mask: np.ndarray) -> Rings:
     """Rings in an image, without a start value: centre inside or outside of the frame, any phase and contrast.
 
-    Candidates are found on the coarsest image and followed to the one that resolves them; the best match there wins.
+    Candidates are found on the coarsest image and followed to the one that resolves them. Where these explain little of
+    the whole image, the fringes may be too fine for it everywhere: then the tiles' wave vectors give another candidate,
+    and the better match wins.
     """
     fringes = flatten(image, mask)
-    factor = max(1, -(-max(image.shape) // _COARSEST))
+    best = _settle(fringes, _from_coarsest(fringes))
+    if best.match > _GOOD:
+        return best
+    fine = from_tiles(fringes)
+    return best if fine is None else max(best, _polish(fringes, fine), key=lambda rings: rings.match)
+
+
+def _from_coarsest(fringes: np.ndarray) -> Rings:
+    factor = max(1, -(-max(fringes.shape) // _COARSEST))
     found = [_scaled(rings, factor) for rings in search(reduce(fringes, factor))]
     while True:
         small = reduce(fringes, factor)
         found = [_scaled(_polish(small, _scaled(rings, 1 / factor)), factor) for rings in found]
         found = sorted(found, key=lambda rings: -rings.match)
-        if factor == 1 or _is_resolved(found[0], image.shape, factor):
+        if factor == 1 or _is_resolved(found[0], fringes.shape, factor):
             return found[0]
         found = found[: 3 if factor > 3 else 2]
         factor = factor // 2
@@ -208,6 +266,11 @@ def follow(image: np.ndarray, mask: np.ndarray, rings: Rings) -> Rings:
     # A block counts where all of its pixels do.
     fringes = flatten(reduce(image, factor), reduce(mask.astype(float), factor) > 1 - 1e-9)
     return _scaled(_polish(fringes, _scaled(rings, 1 / factor)), factor)
+
+
+def settle(image: np.ndarray, mask: np.ndarray, rings: Rings) -> Rings:
+    """Rings of a given scale and centre with the phase and match that the image gives them."""
+    return _settle(flatten(image, mask), rings)
 
 
 def _is_resolved(rings: Rings, shape: tuple[int, int], factor: int) -> bool:

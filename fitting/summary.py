@@ -26,15 +26,18 @@ def summarize(photograph: Photograph, known: Quantities, view: str, found, began
     """The result of a fit that was not refused (`found`: a `fitting.measure.Fitted`)."""
     inflation = correlation(photograph.image - found.fitted, found.weights)
     pixels = float(found.weights.sum())
-    variance = float(found.solution.chi2) / max(pixels - float(np.sum(found.solution.active)), 1.0) * inflation
-    explained = 1 - float(found.solution.chi2) / float(ls.background_only(found.kept))
+    # Chi-squared is a difference of large sums: below their rounding nothing is known of it.
+    chi2 = max(float(found.solution.chi2), 1e-14 * float(found.kept.power))
+    variance = chi2 / max(pixels - float(np.sum(found.solution.active)), 1.0) * inflation
     warnings = [*photograph.warnings, *_warnings(inflation, known)]
+    if float(found.solution.image[1].mean()) < 0:
+        warnings.append("the fringes are bright where the given gap makes them dark: check gap and view")
     picture = Picture(
         photograph, found.fitted, np.asarray(at_pixels(found.solution.image[2], photograph.image.shape)), found.weights
     )
     common = {
         "measured": known.unknown or "radius",
-        "explained_variance": explained,
+        "explained_variance": found.explained,
         "model": _model(found, photograph, known),
         "picture": picture,
     }

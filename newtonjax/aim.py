@@ -49,7 +49,7 @@ def aim(route: Route, setting: Setting, target: Float[Array, "2"]) -> tuple[Floa
     """Launch coordinates [m] of the ray that lands on the target [m], by Newton's method, and whether it was found.
 
     Where none is found the axis stands in, so that what is computed from it stays finite. Derivatives follow from the
-    implicit function theorem, to any order.
+    implicit function theorem: forward to any order, reverse once (a Hessian is `jacfwd` of `grad`).
     """
 
     def landed(start):

@@ -7,7 +7,7 @@ import numpy as np
 
 from newtonjax.gap import focus_height
 from newtonjax.light import Light
-from newtonjax.quantities import Scalar, Vector2, finite, positive, require
+from newtonjax.quantities import Scalar, Vector2, finite, positive, require, require_pair
 from newtonjax.scene import Scene
 from newtonjax.surfaces import Surface, frame
 
@@ -66,6 +66,8 @@ def newton_rings(
     require("gap", gap, "a finite height in metres", finite)
     require("lens_thickness", lens_thickness, "a positive thickness in metres", positive)
     require("plate_thickness", plate_thickness, "a positive thickness in metres", positive)
+    for name, tilt in (("lens_tilt", lens_tilt), ("plate_tilt", plate_tilt), ("light_tilt", light_tilt)):
+        require_pair(name, tilt)
     words = _PAIRS[_known(view)] if beams is None else tuple(beams)
     curvature = 1 / radius
     lens_axis, plate_axis = frame(lens_tilt)[2], frame(plate_tilt)[2]

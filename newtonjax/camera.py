@@ -1,5 +1,7 @@
 """The camera: which points of the screen are pixels, and what a photograph adds to an image."""
 
+import operator
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -7,6 +9,14 @@ import numpy as np
 from jaxtyping import Array, Float, Key, UInt8, UInt16
 
 from newtonjax.quantities import Scalar, Vector2, as_scalar, as_vector, finite, positive, require
+
+
+def _whole(shape) -> tuple[int, int]:
+    try:
+        rows, columns = (operator.index(n) for n in shape)
+    except (TypeError, ValueError):
+        raise ValueError(f"shape is {shape!r}; allowed: (rows, columns), two whole numbers") from None
+    return rows, columns
 
 
 class Camera(eqx.Module):
@@ -21,7 +31,7 @@ class Camera(eqx.Module):
     - `bits`: 8 to 16, the depth of the code. Static.
     """
 
-    shape: tuple[int, int] = eqx.field(static=True)
+    shape: tuple[int, int] = eqx.field(static=True, converter=_whole)
     pixel_size: Scalar = eqx.field(converter=as_scalar)
     centre_px: Vector2 | None = eqx.field(converter=lambda c: None if c is None else as_vector(c), default=None)
     exposure: Scalar = eqx.field(converter=as_scalar, default=10_000.0)
@@ -30,7 +40,7 @@ class Camera(eqx.Module):
     bits: int = eqx.field(static=True, default=8)
 
     def __check_init__(self):
-        if len(self.shape) != 2 or min(self.shape) < 1:
+        if min(self.shape) < 1:
             raise ValueError(f"shape is {self.shape}; allowed: (rows, columns), both at least 1")
         if not 8 <= self.bits <= 16:
             raise ValueError(f"bits is {self.bits}; allowed: 8 to 16")
@@ -53,6 +63,8 @@ class Camera(eqx.Module):
 
         Returns uint8 for 8 bits, else uint16; code = round(electrons / full_well (2^bits - 1)), clipped.
         """
+        if np.shape(image) != self.shape:
+            raise ValueError(f"the image has shape {np.shape(image)}; allowed: the camera's, {self.shape}")
         shot, read = jax.random.split(key)
         mean = jnp.clip(jnp.asarray(image) * self.exposure, 0.0)
         arrived = jax.random.poisson(shot, mean).astype(mean.dtype)

@@ -47,7 +47,7 @@ def complex_cosine(n1, n2, direction, normal) -> Complex[Array, ""]:
     cos2_t = 1 - (n1 / n2) ** 2 * dot(tangent, tangent)
     passes = cos2_t > 0
     root = jnp.sqrt(jnp.where(cos2_t == 0, 1.0, jnp.abs(cos2_t)))
-    return jax.lax.complex(jnp.where(passes, root, 0.0), jnp.where(passes, 0.0, root))
+    return jax.lax.complex(jnp.where(passes, root, 0.0), jnp.where(cos2_t < 0, root, 0.0))
 
 
 def transmit_field(n1, n2, direction, normal, cos_i, cos_t, field: Field) -> Field:

@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Complex
 
-from newtonjax.quantities import Scalar, Vector2, as_complex, as_scalar, as_vector, positive, require
+from newtonjax.quantities import Scalar, Vector2, as_complex, as_scalar, as_vector, finite, positive, require
 from newtonjax.surfaces import Direction, frame
 
 
@@ -23,6 +23,9 @@ class Light(eqx.Module):
 
     def __check_init__(self):
         require("wavelength", self.wavelength, "a positive length in metres", positive)
+        require("light.tilt", self.tilt, "finite angles in radians", finite)
+        if self.polarization is not None:
+            require("polarization", self.polarization, "a finite angle in radians, or None", finite)
 
 
 def launch_frame(light: Light) -> tuple[Direction, Direction, Direction]:

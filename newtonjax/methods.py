@@ -56,6 +56,10 @@ class Traced(AbstractMethod):
 
     chunk: int = eqx.field(static=True, default=16384)
 
+    def __check_init__(self):
+        if self.chunk < 1:
+            raise ValueError(f"chunk is {self.chunk}; allowed: 1 pixel or more")
+
     def check(self, scene: Scene) -> None:
         """Every scene is honoured."""
 

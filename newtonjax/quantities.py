@@ -56,11 +56,19 @@ def as_complex(value: Float[Array, "..."]) -> Complex[Array, "..."]:
 
 def require(name: str, value, allowed: str, test) -> None:
     """Raise ValueError when a concrete value fails its test; a traced one passes."""
-    if not is_concrete(value):
-        return
+    if not is_concrete(value) or not _numeric(value):
+        return  # traced, or a placeholder with which a transformation rebuilds a module
     given = np.asarray(value, dtype=np.float64)
     if not np.all(test(given)):
         raise ValueError(f"{name} is {value}; allowed: {allowed}")
+
+
+def require_pair(name: str, value) -> None:
+    """Raise ValueError for what is no pair of finite angles; traced ones pass."""
+    pair = len(value) == 2 if isinstance(value, tuple | list) else getattr(value, "shape", ())[:1] == (2,)
+    if not pair:
+        raise ValueError(f"{name} is {value}; allowed: two angles in radians, about x and about y")
+    require(name, value, "two finite angles in radians, about x and about y", finite)
 
 
 def finite(value) -> bool:

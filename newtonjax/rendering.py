@@ -44,6 +44,8 @@ def opd(
 
 
 def _run(kernel, scene, camera, method, tolerance):
+    if method is not None and not isinstance(method, AbstractMethod):
+        raise ValueError(f"method is {method!r}; allowed: a method such as Chebyshev(), ClosedForm() or Traced()")
     if not is_concrete(scene, camera):
         method = Chebyshev() if method is None else method
         method.check(scene)

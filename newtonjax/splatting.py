@@ -254,7 +254,7 @@ def _meet(scene, camera, method, setting, landings, fields, j: int, k: int):
     path = two.path - one.path if method.path == "raw" else wavelet_opd(setting, one, two)
     turns = path / scene.wavelength
     mutual = 2 * jnp.sum(fields[k] * jnp.conj(fields[j]))
-    both = jnp.sum(jnp.abs(fields[j]) ** 2 + jnp.abs(fields[k]) ** 2)
+    both = sum(jnp.sum(fields[b].real ** 2 + fields[b].imag ** 2) for b in (j, k))
     value = both + mutual.real * cos_turns(turns) - mutual.imag * sin_turns(turns)
     alive = one.alive & two.alive
     cell, inside = _cell(camera, jnp.where(alive, meeting, 0.0))

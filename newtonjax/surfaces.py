@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Num
 
-from newtonjax.quantities import Scalar, Vector2, Vector3, as_scalar, as_vector, namespace
+from newtonjax.quantities import Scalar, Vector2, Vector3, as_scalar, as_vector, finite, namespace, require
 
 SHALLOW = 1e-3  # the series' first term left out is then 4e-17 of the sag
 
@@ -26,6 +26,11 @@ class Surface(eqx.Module):
     curvature: Scalar = eqx.field(converter=as_scalar, default=0.0)
     vertex: Vector3 = eqx.field(converter=as_vector, default=(0.0, 0.0, 0.0))
     tilt: Vector2 = eqx.field(converter=as_vector, default=(0.0, 0.0))
+
+    def __check_init__(self):
+        require("curvature", self.curvature, "a finite number in 1/m", finite)
+        require("vertex", self.vertex, "finite lengths in metres", finite)
+        require("tilt", self.tilt, "finite angles in radians", finite)
 
 
 def frame(tilt) -> tuple[Direction, Direction, Direction]:

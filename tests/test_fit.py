@@ -86,8 +86,9 @@ def test_index_of_a_liquid_is_measured_when_named_free():
 def test_standard_deviations_of_scale_and_wavelength_enter_the_budget(fitted):
     result = fitting.fit(rings(noise=0.05), pixel_size_sd=0.05e-6, wavelength_sd=0.3e-9, **GIVEN)
     budget = dict(result.budget)
-    assert budget["pixel_size"] == pytest.approx(2 * 0.01 * result.radius, rel=1e-6)
-    assert budget["wavelength"] == pytest.approx(0.3 / 589.3 * result.radius, rel=1e-6)
+    # The sphere is steeper than its parabola: by (r/R)², 4e-6 here, the exponents 2 and -1 are not exact.
+    assert budget["pixel_size"] == pytest.approx(2 * 0.01 * result.radius, rel=1e-5)
+    assert budget["wavelength"] == pytest.approx(0.3 / 589.3 * result.radius, rel=1e-5)
     assert result.radius_sd == pytest.approx(np.sqrt(sum(sd**2 for sd in budget.values())), rel=1e-12)
     assert result.radius_interval[1] - result.radius == pytest.approx(1.96 * result.radius_sd, rel=1e-4)
     assert fitted.radius_sd == fitted.radius_sd_noise
@@ -184,12 +185,12 @@ def test_what_holds_no_radius_is_refused_with_a_reason(image, reason):
         ({"wavelength": WAVELENGTH, "pixel_size": np.nan}, "pixel_size is nan; allowed"),
         ({**GIVEN, "radius": 0.3}, "nothing is left to measure"),
         ({**GIVEN, "view": "sideways"}, "view is 'sideways'; allowed"),
-        ({**GIVEN, "fixed": {"tilt": 0.0}}, "fixed holds tilt; allowed"),
+        ({**GIVEN, "fixed": {"tilt": 0.0}}, "fixed is .*tilt.*; allowed"),
         ({**GIVEN, "start": {"radius": 1.0}}, "start needs centre_px"),
         ({**GIVEN, "free": ("tilt",)}, "free is"),
         ({**GIVEN, "transfer": "wrong"}, "transfer is 'wrong'; allowed"),
         ({**GIVEN, "mask": np.ones((3, 3), bool)}, "mask has shape"),
-        ({**GIVEN, "pixel_size_sd": -1.0}, "pixel_size standard deviation is -1.0; allowed"),
+        ({**GIVEN, "pixel_size_sd": -1.0}, "pixel_size_sd is -1.0; allowed"),
     ],
 )
 def test_unusable_input_raises_and_says_what_is_allowed(arguments, words):

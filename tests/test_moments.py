@@ -14,7 +14,7 @@ STEEP = WAVELENGTH / PIXEL
 
 @pytest.fixture(scope="module")
 def gap_model():
-    return as_arrays(GapModel(frame_of(SHAPE), STEEP))
+    return as_arrays(GapModel(frame_of(SHAPE), (STEEP, 1.0)))
 
 
 def exact(numbers, smooth, size):

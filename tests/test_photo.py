@@ -80,8 +80,6 @@ def test_transfer_of_the_user_wins(transfer):
         (np.zeros((3, 3)), "shape"),
         (np.zeros(40), "shape"),
         (np.zeros((64, 64, 7)), "channels"),
-        (np.full((64, 64), np.nan), "can be used"),
-        (np.full((64, 64), 255, np.uint8), "can be used"),
         (np.array([["a"] * 20] * 20), "type"),
     ],
 )

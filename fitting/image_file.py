@@ -1,0 +1,48 @@
+"""Image files as arrays of their codes, with all bits."""
+
+from pathlib import Path
+
+import numpy as np
+
+
+def load(path: str | Path) -> np.ndarray:
+    """Codes [rows, columns] or [rows, columns, channels] of the first picture in a file, turned as its EXIF data say.
+
+    Raises FileNotFoundError, and ValueError for what is no image.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileNotFoundError(f"{path} is no file; give the path of a photograph (PNG, JPEG, TIFF, WebP)")
+    try:
+        return _read(path)
+    except Exception as error:  # the decoders raise whatever they like
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise ValueError(f"{path} cannot be read as an image ({reason}); allowed: PNG, JPEG, TIFF, WebP") from error
+
+
+def _read(path: Path) -> np.ndarray:
+    with path.open("rb") as file:
+        head = file.read(26)
+    # Pillow reads colours of 16 bits as 8 (python-pillow issue 1888): these two formats have readers of their own.
+    if head[:8] == b"\x89PNG\r\n\x1a\n" and head[24] == 16 and head[25] in (2, 6):
+        return _deep_png(path)
+    if head[:4] in (b"II*\0", b"MM\0*"):
+        import tifffile
+
+        with tifffile.TiffFile(path) as pages:
+            page = pages.pages.first
+            if page.samplesperpixel > 1 and page.bitspersample > 8:
+                codes = page.asarray()
+                return np.moveaxis(codes, 0, -1) if page.planarconfig == 2 else codes
+    import imageio.v3 as iio
+
+    return np.asarray(iio.imread(path, index=0, plugin="pillow", rotate=True))
+
+
+def _deep_png(path: Path) -> np.ndarray:
+    import png
+
+    with path.open("rb") as file:
+        columns, rows, lines, about = png.Reader(file=file).read()
+        codes = np.vstack([np.asarray(line, np.uint16) for line in lines])
+    return codes.reshape(rows, columns, about["planes"])

@@ -1,0 +1,110 @@
+"""Whether a fit of the gap formula found rings of which a radius can be had, and why not."""
+
+import numpy as np
+
+from fitting.illumination import FEW, Fitted, fringes_seen, numbers_of
+from fitting.photo import Photograph
+from fitting.quantity import Quantities
+from fitting.start import Rings, plane_wave, thin
+from fitting.summary import correlation
+
+# Fringes that explain less than this are looked at twice; less than that are none.
+_POOR, _NONE = 0.3, 0.12
+# Share of the variance that a few fringes may leave over as structure.
+_STRUCTURE = 0.02
+
+
+def why_refused(found: Fitted, photograph: Photograph, rings: Rings) -> str:
+    """Why no radius can be had from a fit of the gap formula; empty where one can."""
+    frame = found.model.frame
+    turns, x, y, _ = numbers_of(found)
+    scale = float(turns) / frame.unit**2
+    centre = (frame.middle[0] + float(x) * frame.unit, frame.middle[1] + float(y) * frame.unit)
+    orders = fringes_seen(found.solution.image[2], photograph.mask)
+    explained = found.explained
+    if not (np.isfinite(explained) and np.isfinite(scale)):
+        return "the fit has no finite optimum: no rings were recognized"
+    straight = plane_wave(photograph.image, photograph.lit) if explained < _POOR else 0.0
+    if straight > 0.3:
+        return f"the fringes are straight (they explain {straight:.0%} of the power); a radius needs rings or arcs"
+    if explained < _NONE:
+        return f"no rings: fringes of any radius and centre explain {max(explained, 0):.1%} of the variance at best"
+    for k, c in ((rings.scale, rings.centre), (scale, centre)):
+        if bend := _straight(photograph.mask, k, c):
+            return bend
+    if orders < 1:
+        return f"the image holds {orders:.2g} of a fringe; a radius needs at least one"
+    if scale <= 0:
+        return "the rings' curvature is not determined"
+    return _locked_badly(found, photograph, explained, orders)
+
+
+def _locked_badly(found: Fitted, photograph: Photograph, explained: float, orders: float) -> str:
+    """That what the fringes leave over has structure which no radius explains; empty where it is as it should be."""
+    residual = photograph.image - found.fitted
+    inflation = correlation(residual, found.weights)
+    if explained < _POOR and inflation > 10:
+        return (
+            f"the fringes of a sphere explain {explained:.0%} of the variance and what is left has structure: "
+            "these are not the rings of one sphere"
+        )
+    if orders >= FEW:
+        return ""
+    pixels = float(found.weights.sum())
+    structure = float(found.solution.chi2) / pixels - noise_variance(residual, found.weights > 0)
+    share = structure * pixels / found.variance
+    if share < _STRUCTURE and (orders >= 2 or inflation < 3):
+        return ""
+    return (
+        f"{orders:.1f} fringes leave {max(share, 0):.1%} of the variance over as structure: with so few of them that "
+        "may be curvature, or no rings at all; take more rings into the picture"
+    )
+
+
+def noise_variance(image: np.ndarray, mask: np.ndarray) -> float:
+    """Variance of a pixel's noise, from differences of four neighbours: whatever is smooth drops out."""
+    four = image[1:, 1:] - image[1:, :-1] - image[:-1, 1:] + image[:-1, :-1]
+    whole = mask[1:, 1:] & mask[1:, :-1] & mask[:-1, 1:] & mask[:-1, :-1]
+    if whole.sum() < 16:
+        return 0.0
+    return float(1.4826 * np.median(np.abs(four[whole]))) ** 2 / 4
+
+
+def _pixels(mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Columns and rows of some of a mask's pixels, spread over all of it."""
+    sample = thin(mask, 20_000)
+    rows, columns = np.nonzero(mask[sample])
+    return columns * sample[1].step, rows * sample[0].step
+
+
+def _squared_distance(mask: np.ndarray, centre: tuple[float, float]) -> np.ndarray:
+    x, y = _pixels(mask)
+    return (x - centre[0]) ** 2 + (y - centre[1]) ** 2
+
+
+def _straight(mask: np.ndarray, scale: float, centre: tuple[float, float]) -> str:
+    """That many fringes cross the field without bending by one: then their curvature is no ring's. Empty otherwise."""
+    x, y = _pixels(mask)
+    orders = abs(scale) * float(np.ptp(_squared_distance(mask, centre)))
+    bend = abs(scale) * float(_squared_distance(mask, (float(x.mean()), float(y.mean()))).max())
+    if bend >= 1 or orders <= 3:
+        return ""
+    return (
+        f"the fringes are straight: over {orders:.0f} of them the curvature bends one by {bend:.2g} of their distance; "
+        "a radius needs rings or arcs"
+    )
+
+
+def too_steep(photograph: Photograph, rings: Rings, known: Quantities) -> str:
+    """That the given quantities make the lens smaller than the field it fills; empty where they do not."""
+    if known.unknown is None or rings.match < 0.05:
+        return ""
+    values = known.values(rings.scale)
+    x, y = _pixels(photograph.mask)
+    reach = values["pixel_size"] * float(np.hypot(x - rings.centre[0], y - rings.centre[1]).max())
+    if reach < values["radius"]:
+        return ""
+    return (
+        f"with these quantities the rings' lens has a radius of {values['radius']:.3g} m, but the rings reach out to "
+        f"{reach:.3g} m; check the units of what was given"
+    )
