@@ -43,7 +43,7 @@ TARGETS = {
     "transmitted over Dr.Jit": ("transmitted", "drjit", 1 / 5),
 }
 # Left out of the quick form, which is for CI: compiling is most of its time.
-LONG = {"reflected", "nodes17", "fields", "render planned"}
+LONG = {"reflected", "nodes17", "fields", "render planned", "one render", "jacobian"}
 SLOW = {"cos": 4, "batoid": 20, "numba": 20, "drjit": 20, "render planned": 4, "jacobian": 2, "one render": 2}
 
 

@@ -75,9 +75,10 @@ def robust_fit(model, photograph: Photograph, starts: list[np.ndarray], fixed: d
         residual = photograph.image - found.fitted
         away = np.abs(residual[sample][photograph.mask[sample]])
         spread = 1.4826 * float(np.median(away))
-        heavy = float((residual**2)[photograph.mask].mean()) > _HEAVY * spread**2
-        clean = np.mean(away > 4 * spread) < _OUTLIERS and not heavy
-        if clean and found.weights is plain:
+        whole = found.weights is plain
+        square = float(found.solution.chi2) / plain.sum() if whole else float(np.mean(away**2))
+        clean = np.mean(away > 4 * spread) < _OUTLIERS and square < _HEAVY * spread**2
+        if clean and whole:
             break
         biweight = np.clip(1 - (residual / (6 * spread)) ** 2 if spread else 1.0, 0, None) ** 2
         found = _illuminated(

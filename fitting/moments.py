@@ -20,7 +20,7 @@ from newtonjax.turns import cos_turns, sin_turns
 # Degrees of the basis: of the background alone, and of the envelope, which also carries e^{2πi(φ-φ0)}. A phase within a
 # quarter turn of the reference needs about 12 more degrees than the contrast has (measured in tests/test_moments.py).
 BACKGROUND, ENVELOPE = 6, 16
-_BLOCK = 64
+_BLOCK = 128
 # Directions in which the data hold less than this share of the largest eigenvalue are rounding, not data.
 _RANK = 1e-13
 # A Cholesky factor whose smallest pivot is above this share of its largest has lost no more than rounding.
@@ -70,9 +70,8 @@ def sums(image, weights, phase_nodes) -> Float[Array, "8 degrees degrees"]:
 
     def block(total, part):
         d, w, y, turns = part
-        phase = turns[:, :1] * phase_x[0]
-        for k in range(1, n):
-            phase = phase + turns[:, k : k + 1] * phase_x[k]
+        # A product of matrices: a sum of outer ones would be computed again for each of the eight products.
+        phase = jnp.matmul(turns, phase_x, precision="highest")
         c, s = cos_turns(phase), sin_turns(phase)
         wd = w * d
         products = jnp.stack([w, w * c, w * s, w * (2 * c * c - 1), 2 * w * c * s, wd, wd * c, wd * s])

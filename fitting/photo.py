@@ -89,20 +89,20 @@ def _pile_up(code: np.ndarray) -> float:
 
     At an unclipped crest the last two codes hold pixels as sqrt(1) to sqrt(2) - sqrt(1).
     """
+    code = code[thin(np.isfinite(code))]
     known = code[np.isfinite(code)]
     if known.size == 0:
         return np.inf
-    top = known.max()
-    at = known == top
+    at = known == known.max()
     below = known[~at]
     if at.mean() < 0.02 or below.size == 0:
         return np.inf
-    return float(top) if at.sum() > 6 * (below == below.max()).sum() else np.inf
+    return float(known.max()) if at.sum() > 6 * (below == below.max()).sum() else np.inf
 
 
 def _wild(light: np.ndarray, lit: np.ndarray) -> np.ndarray:
     """Pixels further outside of the middle 99 % than these are wide: hot, dead or struck ones, which no rings make."""
-    sample = thin(lit)
+    sample = thin(lit, 40_000)
     if not lit[sample].any():
         return np.zeros(light.shape, bool)
     low, high = np.percentile(light[sample][lit[sample]], [0.5, 99.5])

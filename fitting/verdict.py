@@ -41,6 +41,8 @@ def why_refused(found: Fitted, photograph: Photograph, rings: Rings) -> str:
 
 def _locked_badly(found: Fitted, photograph: Photograph, explained: float, orders: float) -> str:
     """That what the fringes leave over has structure which no radius explains; empty where it is as it should be."""
+    if explained >= _POOR and orders >= FEW:
+        return ""
     residual = photograph.image - found.fitted
     inflation = correlation(residual, found.weights)
     if explained < _POOR and inflation > 10:
