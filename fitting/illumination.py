@@ -19,7 +19,7 @@ _STRAIGHT = 1e-7
 _ROUNDS = 8
 # Share of pixels beyond four standard deviations from which on they are outliers (a normal distribution: 6e-5), and
 # how many times the variance that their median tells residuals may have without any.
-_OUTLIERS, _HEAVY = 1e-3, 1.3
+_OUTLIERS, _HEAVY = 1e-3, 2.0
 # With fewer fringes than this a background of high degree imitates them; then these degrees of background and contrast.
 FEW = 4.0
 _SHAPES = ((0, 0), (1, 1), (2, 2))
