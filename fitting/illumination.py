@@ -10,7 +10,7 @@ from fitting import least_squares as ls
 from fitting.models import GapModel, SceneModel, as_arrays, localize
 from fitting.moments import Moments, at_pixels, moments, synthesize
 from fitting.photo import Photograph
-from fitting.start import thin
+from fitting.smoothing import thin
 
 # A reference phase this close to the optimum everywhere [turns] makes the moments exact to rounding.
 _NEAR = 0.1

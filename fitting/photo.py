@@ -7,7 +7,7 @@ import numpy as np
 from scipy import ndimage
 
 from fitting.image_file import load
-from fitting.start import reduce, smooth, thin
+from fitting.smoothing import reduce, smooth, thin
 
 _CHANNELS = ("red", "green", "blue")
 # A code this near the top of its range no longer follows the light.

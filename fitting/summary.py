@@ -11,7 +11,7 @@ from fitting.numbers import measured
 from fitting.photo import Photograph
 from fitting.quantity import Quantities
 from fitting.result import FitResult, Picture
-from fitting.start import reduce
+from fitting.smoothing import reduce
 
 # Residuals are averaged over blocks of this many pixels a side to see whether neighbours err together.
 _BLOCK = 16

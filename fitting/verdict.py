@@ -5,7 +5,8 @@ import numpy as np
 from fitting.illumination import FEW, Fitted, fringes_seen, numbers_of
 from fitting.photo import Photograph
 from fitting.quantity import Quantities
-from fitting.start import Rings, plane_wave, thin
+from fitting.smoothing import thin
+from fitting.start import Rings, plane_wave
 from fitting.summary import correlation
 
 # Fringes that explain less than this are looked at twice; less than that are none.
