@@ -1,4 +1,4 @@
-"""Photographs that once led to a confident wrong radius, or to a wrong refusal."""
+"""What once led to a confident wrong radius, to a wrong refusal, or to an error that did not help."""
 
 import subprocess
 import sys
@@ -14,6 +14,7 @@ from scipy import ndimage
 
 import fitting
 import newtonjax as nj
+from fitting import output, quantities
 from fitting.photo import read
 from fitting.start import find_rings
 from newtonjax.fields import fields_at
@@ -241,3 +242,43 @@ def test_second_derivatives_hold_where_a_component_of_the_field_vanishes():
     slope, step = jax.jit(jax.jacfwd(background)), 1e-5
     second = float(jax.jit(jax.jacfwd(jax.jacfwd(background)))(0.0))
     assert second == pytest.approx(float(slope(step) - slope(-step)) / (2 * step), rel=1e-4)
+
+
+def test_a_link_keeps_pointing_and_its_target_gets_the_answer(tmp_path):
+    (tmp_path / "target.json").write_text("old")
+    link = tmp_path / "link.json"
+    link.symlink_to(tmp_path / "target.json")
+    output.write(link, "new", force=True)
+    assert link.is_symlink()
+    assert (tmp_path / "target.json").read_text() == "new"
+    dangling = tmp_path / "dangling.json"
+    dangling.symlink_to(tmp_path / "nowhere.json")
+    with pytest.raises(FileExistsError, match="--force"):
+        output.check_free([dangling], force=False)
+
+
+def test_devices_and_one_file_for_two_answers_are_refused(tmp_path):
+    with pytest.raises(ValueError, match="no regular file"):
+        output.check_free([Path("/dev/null")], force=True)
+    with pytest.raises(ValueError, match="two answers"):
+        output.check_free([tmp_path / "a.json", tmp_path / "a.json"], force=False)
+
+
+@pytest.mark.parametrize("text", ["10px", "3pel", "4dot"])
+def test_a_pixel_is_no_unit_of_length(text):
+    with pytest.raises(ValueError, match="no unit of length"):
+        quantities.length(text)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"lens_tilt": (np.nan, 0.0)}, {"light_tilt": (1.0, 2.0, 3.0)}, {"plate_tilt": 0.1}, {"polarization": np.nan}],
+)
+def test_tilts_that_are_no_pair_of_angles_are_refused(wrong):
+    done = subprocess.run(
+        [sys.executable, "-c", f"import newtonjax as nj; nan = float('nan'); nj.newton_rings(**{wrong!r})"],
+        capture_output=True, text=True, timeout=120, check=False,
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert "ValueError" in done.stderr
+    assert "allowed" in done.stderr
