@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting import least_squares as ls
-from fitting.models import GapModel, SceneModel, as_arrays, localize
+from fitting.models import GapModel, SceneModel, as_arrays, held_numbers, localize
 from fitting.moments import Moments, at_pixels, moments, synthesize
 from fitting.photo import Photograph
 from fitting.smoothing import thin
@@ -53,11 +53,6 @@ class Fitted:
     def fitted(self) -> np.ndarray:
         """The model at every pixel [rows, columns]."""
         return np.asarray(synthesize(*self.solution.image, self.weights.shape))
-
-
-def _held(fixed: dict) -> tuple[int, ...]:
-    """Which of a model's numbers do not move."""
-    return ((1, 2) if "centre_px" in fixed else ()) + ((3,) if "gap" in fixed else ())
 
 
 def robust_fit(model, photograph: Photograph, starts: list[np.ndarray], fixed: dict) -> Fitted:
@@ -125,7 +120,7 @@ def _converge(
     First with background and contrast of the given degrees, then with those up to them that the image calls for.
     """
     image, weight, count = jnp.asarray(photograph.image), jnp.asarray(weights), len(numbers)
-    held, chosen = _held(fixed), False
+    held, chosen = held_numbers(fixed), False
     local = localize(as_arrays(model), jnp.asarray(numbers))
     kept = moments(image, weight, local.value[0])
     unknowns = ls.linear_start(local, kept, jnp.asarray(ls.active_mask(count, *shape, held)))

@@ -64,17 +64,13 @@ def ring_line(order: np.ndarray, y: np.ndarray, sd: np.ndarray | None, expected:
         if suspect is not None:
             flags[suspect] = "does not fit the other readings; with so few it cannot be left out: read more rings"
     (slope, intercept), inverse = straight_line(order[kept], y[kept], None if sd is None else sd[kept])
-    line = Line(float(slope), float(intercept), inverse, 0.0, order, kept, flags)
-    freedom = int(kept.sum()) - 2
-    if freedom > 0:
-        scatter = float(np.sum((line.residual(y)[kept] / (1 if sd is None else sd[kept])) ** 2) / freedom)
-    else:
-        scatter = 0.0
-    if sd is None:
-        covariance = inverse * (scatter if freedom else np.nan)
-    else:
-        covariance, freedom = inverse * max(scatter, 1.0), (freedom if scatter > 1 else np.inf)
-    return Line(line.slope, line.intercept, covariance, float(freedom), order, kept, flags)
+    freedom = float(kept.sum() - 2)
+    left = (y - slope * order - intercept)[kept] / (1 if sd is None else sd[kept])
+    scatter = float(left @ left) / freedom if freedom else np.nan
+    if sd is not None:
+        freedom = freedom if scatter > 1 else np.inf
+        scatter = np.fmax(scatter, 1.0)
+    return Line(float(slope), float(intercept), inverse * scatter, freedom, order, kept, flags)
 
 
 def _outlier(order, y, sd, kept) -> int | None:

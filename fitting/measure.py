@@ -126,7 +126,7 @@ def _known(arguments: dict, scene: Scene | None) -> Quantities:
     return known
 
 
-def _start(photograph: Photograph, known: Quantities, start: dict | None) -> Rings:
+def _start(photograph: Photograph, known: Quantities, start: dict) -> Rings:
     if not start:
         return find_rings(photograph.image, photograph.lit)
     scale = start.get("fringe_scale_per_px2")
@@ -135,7 +135,7 @@ def _start(photograph: Photograph, known: Quantities, start: dict | None) -> Rin
         if "pixel_size" not in values or "wavelength" not in values:
             raise ValueError("start holds a radius, which needs pixel_size and wavelength; give fringe_scale_per_px2")
         scale = values.get("index", 1.0) * values["pixel_size"] ** 2 / (start["radius"] * values["wavelength"])
-    return follow(photograph.image, photograph.lit, Rings(float(scale), tuple(start["centre_px"]), 0.0, 0.0))
+    return follow(photograph.image, photograph.lit, Rings(float(scale), start["centre_px"], 0.0, 0.0))
 
 
 def _fit_gap(photograph: Photograph, rings: Rings, known: Quantities, view: str, fixed: dict) -> Fitted:

@@ -41,6 +41,11 @@ def frame_of(shape: tuple[int, int]) -> Frame:
     return Frame(half_x * (1 + x), half_y * (1 + y), (half_x, half_y), float(np.hypot(half_x, half_y)))
 
 
+def held_numbers(fixed: dict) -> tuple[int, ...]:
+    """Which of a model's four free numbers do not move, for what the user fixed by name."""
+    return ((1, 2) if "centre_px" in fixed else ()) + ((3,) if "gap" in fixed else ())
+
+
 class GapModel(eqx.Module):
     """Fringes localized in the gap: phase 2 n t / λ of the exact sphere, seen along the normal.
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fitting import least_squares as ls
+from fitting.illumination import Fitted, numbers_of
 from fitting.models import SceneModel, as_arrays, change, localize
 from fitting.moments import model_coefficients, residuals
 from fitting.quantity import EXPONENTS, Quantities
@@ -13,10 +14,10 @@ from fitting.scene_start import gap_height
 from newtonjax.gap import required_gap
 
 
-def measured(found, known: Quantities, view: str, covariance: np.ndarray) -> dict:
-    """The numbers of a `FitResult`, by name (`found`: a `fitting.measure.Fitted`)."""
+def measured(found: Fitted, known: Quantities, view: str, covariance: np.ndarray) -> dict:
+    """The numbers of a `FitResult`, by name."""
     model, frame = found.model, found.model.frame
-    free = np.asarray(found.solution.unknowns.model)
+    free = numbers_of(found)
     centre = tuple(float(m + c * frame.unit) for m, c in zip(frame.middle, free[1:3], strict=True))
     if isinstance(model, SceneModel):
         values, slope, gap, period = _of_scene(model, known, free)
@@ -108,7 +109,7 @@ def _of_scene(model: SceneModel, known: Quantities, free: np.ndarray):
     return values | {"fringe_scale_per_px2": scale}, slope, gap_height(scene) + float(free[3]) * period, period
 
 
-def _effect(found, known: Quantities, name: str) -> float:
+def _effect(found: Fitted, known: Quantities, name: str) -> float:
     """Relative change of the measured quantity per relative change of a given one, at the optimum.
 
     -pinv(J) ∂r/∂p, the implicit function theorem for Gauss and Newton's normal equations, gives the change of the

@@ -9,6 +9,7 @@ import numpy as np
 from scipy import stats
 
 from fitting.line import Line, ring_line
+from fitting.quantity import check_deviation, check_quantity, number
 from fitting.rings_result import Ring, RingsResult
 from fitting.table import Readings, readings
 
@@ -118,15 +119,12 @@ def rings(
 def _check(given: dict) -> None:
     if given["view"] not in ("reflected", "transmitted"):
         raise ValueError(f"view is {given['view']!r}; allowed: 'reflected' or 'transmitted'")
-    for name in ("wavelength", "pixel_size", "index", "expected_radius"):
-        value = given[name]
-        if value is not None and not (np.isfinite(value) and value > 0):
-            raise ValueError(f"{name} is {value}; allowed: a positive number in SI units")
-    for name in ("wavelength_sd", "pixel_size_sd", "angle_sd", "index_sd"):
-        value = given[name]
-        if value is not None and not (np.isfinite(value) and value >= 0):
-            raise ValueError(f"{name} is {value}; allowed: zero or a positive number in SI units")
-    if not abs(given["angle"]) < np.pi / 2:
+    for name in ("wavelength", "pixel_size", "index"):
+        check_quantity(name, given[name])
+    check_quantity("expected_radius", given["expected_radius"], "radius")
+    for name in ("wavelength", "pixel_size", "angle", "index"):
+        check_deviation(name, given[f"{name}_sd"], given[name])
+    if not abs(number("angle", given["angle"])) < np.pi / 2:
         raise ValueError(f"angle is {given['angle']}; allowed: less than a right angle, in radians")
     if np.sin(given["angle"]) ** 2 >= given["index"] ** 2:
         raise ValueError(f"index is {given['index']}: light at this angle does not enter the gap")

@@ -40,19 +40,20 @@ def read(
 
     Without `transfer`, 8-bit codes are taken as sRGB, 16-bit files and floats as linear; it may be "linear", "srgb" or
     an exponent. Of a colour image the channel with most fringe contrast over noise that is not saturated is taken.
-    Saturated pixels and those outside of the lit field are masked, with those where `mask` is False.
+    Masked are pixels that are saturated (at the top of the type, or where codes pile up below it), outside of the lit
+    field, transparent, masked in the array, far outside of all others (hot or dead), and where `mask` is False.
 
     Raises FileNotFoundError, and ValueError for what is no image.
     """
-    raw = load(source) if isinstance(source, str | Path) else np.ma.getdata(source)
-    planes, top = _planes(raw)
+    picture = np.ma.asarray(load(source) if isinstance(source, str | Path) else source)
+    planes, top = _planes(picture.data)
     curve, name = _transfer(transfer, top)
     count = planes.shape[2]
     channel = max(range(count), key=lambda c: _merit(planes[:, :, c], top)) if count > 1 else 0
     code = planes[:, :, channel]
     saturated = code >= min(_SATURATED * top, _pile_up(code))
     light = curve(np.where(np.isfinite(code), code, 0.0) / (top if np.isfinite(top) else 1.0))
-    lit = np.isfinite(code) & _opaque(source, raw)
+    lit = np.isfinite(code) & _opaque(picture)
     lit &= ~_wild(light, lit) & _lit(light)
     warnings = []
     if mask is not None:
@@ -64,24 +65,18 @@ def read(
     share = float(np.mean(saturated))
     if share > 0.02:
         warnings.append(f"{share:.0%} of the pixels are saturated and were left out; expose less")
-    scale = float(np.percentile(light[sample][usable[sample]], 99.5)) if usable[sample := thin(usable)].any() else 0.0
+    sample = thin(usable)
+    known = light[sample][usable[sample]]
+    scale = float(np.percentile(known, 99.5)) if known.size else 0.0
     labels = _CHANNELS if planes.shape[2] == 3 else ("grey",)
     return Photograph(light / (scale or 1.0), usable, lit, labels[channel], name, warnings)
 
 
-def _opaque(source, raw: np.ndarray) -> np.ndarray:
+def _opaque(picture: np.ma.MaskedArray) -> np.ndarray:
     """False where an alpha channel is 0, or a masked array is masked."""
-    masked = np.broadcast_to(np.ma.getmaskarray(np.ma.asarray(source)), raw.shape) if _has_mask(source) else None
-    opaque = np.ones(raw.shape[:2], bool)
-    if masked is not None:
-        opaque &= ~(masked if raw.ndim == 2 else np.any(masked, axis=2))
-    if raw.ndim == 3 and raw.shape[2] in (2, 4):
-        opaque &= raw[:, :, -1] > 0
-    return opaque
-
-
-def _has_mask(source) -> bool:
-    return isinstance(source, np.ma.MaskedArray)
+    hidden = np.ma.getmaskarray(picture)
+    hidden = hidden if picture.ndim == 2 else np.any(hidden, axis=2)
+    return ~hidden & (picture.data[:, :, -1] > 0) if picture.ndim == 3 and picture.shape[2] in (2, 4) else ~hidden
 
 
 def _pile_up(code: np.ndarray) -> float:

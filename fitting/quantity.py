@@ -22,6 +22,21 @@ def number(name: str, value) -> float:
     return found
 
 
+def check_quantity(name: str, value, kind: str = "") -> None:
+    """Raise ValueError for what cannot be meant; `kind` is the quantity whose range it has, if not its own."""
+    low, high = RANGES[kind or name]
+    if value is not None and not low <= number(name, value) <= high:
+        raise ValueError(f"{name} is {value}; allowed: {low:g} to {high:g}{'' if name == 'index' else ' m'}")
+
+
+def check_deviation(name: str, sd, value) -> None:
+    """Raise ValueError for what is no standard deviation, or is one of a quantity that is not given."""
+    if sd is not None and number(f"{name}_sd", sd) < 0:
+        raise ValueError(f"{name}_sd is {sd}; allowed: zero or a positive number in SI units")
+    if sd and value is None:
+        raise ValueError(f"{name}_sd is given without {name}; give both, or neither")
+
+
 def checked_fixed(fixed) -> dict:
     """What the user holds, as numbers. Raises ValueError for other names or values."""
     return _checked("fixed", fixed, {"gap"})
@@ -96,14 +111,8 @@ def quantities(given: dict[str, float | None], sd: dict[str, float | None], free
     Raises ValueError for values that are not positive, and where nothing is left to measure.
     """
     for name, value in given.items():
-        low, high = RANGES[name]
-        if value is not None and not low <= number(name, value) <= high:
-            raise ValueError(f"{name} is {value}; allowed: {low:g} to {high:g}{'' if name == 'index' else ' m'}")
-    for name, value in sd.items():
-        if value is not None and not 0 <= number(f"{name}_sd", value) < np.inf:
-            raise ValueError(f"{name}_sd is {value}; allowed: zero or a positive number in SI units")
-        if value and given[name] is None:
-            raise ValueError(f"{name}_sd is given without {name}; give both, or neither")
+        check_quantity(name, value)
+        check_deviation(name, sd[name], value)
     known = {name: float(value) for name, value in given.items() if value is not None and name not in free}
     missing = [name for name in EXPONENTS if name not in known]
     if not missing:

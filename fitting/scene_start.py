@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.models import Frame, SceneModel, as_arrays, change, curved_surface, localize
+from fitting.models import Frame, SceneModel, as_arrays, change, curved_surface, held_numbers, localize
 from fitting.quantity import Quantities
 from newtonjax.fields import fields_at
 from newtonjax.gap import required_gap
@@ -37,7 +37,6 @@ def scene_start(scene: Scene, known: Quantities, frame: Frame, gap: np.ndarray, 
     place, rise = gap[1:3], 0.0
     if "centre_px" in fixed:
         place = [(c - m) / frame.unit for c, m in zip(fixed["centre_px"], frame.middle, strict=True)]
-    held = ((1, 2) if "centre_px" in fixed else ()) + ((3,) if "gap" in fixed else ())
     apparent = known.values(float(gap[0]) / frame.unit**2)
     # Where the apparent quantity makes no bench that light gets through, the scene's own one may.
     for values in (apparent, {**apparent, **known.given, known.measured: own.get(known.measured, 0.0)}):
@@ -51,7 +50,7 @@ def scene_start(scene: Scene, known: Quantities, frame: Frame, gap: np.ndarray, 
         if bool(_arrives(as_arrays(bench), points)):
             if "gap" in fixed:
                 rise = (fixed["gap"] - gap_height(bench)) * 2 / values["wavelength"]
-            return model, _match(as_arrays(model), np.array([0.0, *place, rise]), held, found)
+            return model, _match(as_arrays(model), np.array([0.0, *place, rise]), held_numbers(fixed), found)
     raise ValueError("the scene's beams do not reach the whole image; check pixel_size, screen and thicknesses")
 
 

@@ -88,9 +88,9 @@ def from_tiles(fringes: np.ndarray) -> Rings | None:
     waves = np.stack([frequency[at % (2 * size)], frequency[at // (2 * size)]], axis=1)
     near = 1.5 / size
 
-    def agree(scale, zero):
-        """Signed wave vectors of the tiles by the nearer sign, and which agree, for a proposal 2 k x + zero."""
-        wanted = 2 * scale * places + zero
+    def agree(slope, zero):
+        """Wave vectors of the tiles by the nearer sign, and which agree, for a proposal slope x + zero."""
+        wanted = slope * places + zero
         sign = np.where((waves * wanted).sum(axis=1) < 0, -1.0, 1.0)[:, None] * waves
         return sign, np.abs(sign - wanted).max(axis=1) < near
 
@@ -98,9 +98,10 @@ def from_tiles(fringes: np.ndarray) -> Rings | None:
     first, second = np.triu_indices(len(places), 1)
     apart = places[second] - places[first]
     for sign in (1.0, -1.0):
-        doubled = ((sign * waves[second] - waves[first]) * apart).sum(axis=1) / (apart**2).sum(axis=1)
-        for k in np.flatnonzero(np.abs(doubled) > 0.2 / (np.hypot(*fringes.shape) / 2) ** 2):
-            signed, good = agree(doubled[k] / 2, waves[first[k]] - doubled[k] * places[first[k]])
+        slopes = ((sign * waves[second] - waves[first]) * apart).sum(axis=1) / (apart**2).sum(axis=1)
+        for pair in np.flatnonzero(np.abs(slopes) > 0.2 / (np.hypot(*fringes.shape) / 2) ** 2):
+            one, slope = first[pair], slopes[pair]
+            signed, good = agree(slope, waves[one] - slope * places[one])
             if good.sum() > best:
                 best, kept = int(good.sum()), (signed, good)
     if kept is None:
@@ -108,11 +109,11 @@ def from_tiles(fringes: np.ndarray) -> Rings | None:
     signed, good = kept
     middle, mean = places[good].mean(axis=0), signed[good].mean(axis=0)
     away = places[good] - middle
-    doubled = float((away * (signed[good] - mean)).sum() / (away**2).sum())
-    if doubled == 0:
+    slope = float((away * (signed[good] - mean)).sum() / (away**2).sum())
+    if slope == 0:
         return None
-    x, y = (float(value) for value in middle - mean / doubled)
-    return Rings(abs(doubled) / 2, (x, y), 0.0, 0.0)
+    x, y = (float(value) for value in middle - mean / slope)
+    return Rings(abs(slope) / 2, (x, y), 0.0, 0.0)
 
 
 def _phasors(fringes: np.ndarray, rings: Rings) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -5,6 +5,7 @@ import time
 import numpy as np
 
 from fitting import least_squares as ls
+from fitting.illumination import Fitted
 from fitting.models import SceneModel
 from fitting.moments import at_pixels
 from fitting.numbers import measured
@@ -22,8 +23,8 @@ def refused(reason: str, photograph: Photograph, began: float) -> FitResult:
     return FitResult("refused", reason, warnings=list(photograph.warnings), seconds=time.perf_counter() - began)
 
 
-def summarize(photograph: Photograph, known: Quantities, view: str, found, began: float) -> FitResult:
-    """The result of a fit that was not refused (`found`: a `fitting.measure.Fitted`)."""
+def summarize(photograph: Photograph, known: Quantities, view: str, found: Fitted, began: float) -> FitResult:
+    """The result of a fit that was not refused."""
     inflation = correlation(photograph.image - found.fitted, found.weights)
     pixels = float(found.weights.sum())
     # Chi-squared is a difference of large sums: below their rounding nothing is known of it.
@@ -84,7 +85,7 @@ def _warnings(inflation: float, known: Quantities) -> list[str]:
     return found
 
 
-def _model(found, photograph: Photograph, known: Quantities) -> dict[str, str]:
+def _model(found: Fitted, photograph: Photograph, known: Quantities) -> dict[str, str]:
     rounded = f"degree {found.shape[0]} background, degree {found.shape[1]} contrast (least BIC)"
     sphere = "exact sphere" if known.unknown else "r² (no scale, so no sphere)"
     gap = f"2 n t at normal incidence, {sphere}"

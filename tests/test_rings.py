@@ -197,11 +197,12 @@ def test_tables_that_cannot_be_read_say_why(rows, words):
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"wavelength": 0.0}, {"view": "side"}, {"angle": 2.0}, {"index": -1.0}, {"wavelength_sd": -1.0},
+    [{"wavelength": 0.0}, {"wavelength": 589.3}, {"pixel_size_sd": 1e-7},
+     {"view": "side"}, {"angle": 2.0}, {"index": -1.0}, {"wavelength_sd": -1.0},
      {"columns": {"diameter_mm": "D"}}, {"index": 0.1, "angle": 0.5}],
 )  # fmt: skip
 def test_arguments_out_of_range_are_refused(wrong):
-    with pytest.raises(ValueError, match=r"allowed|index|column"):
+    with pytest.raises(ValueError, match=r"allowed|index|column|without"):
         fitting.rings(table(), **{"wavelength": WAVELENGTH, **wrong})
 
 
