@@ -19,8 +19,8 @@ import numpy as np
 
 import newtonjax as nj
 from newtonjax.fields import arrivals
-from newtonjax.splatting import wavelet_opd
 from newtonjax.trace import gather, trace
+from newtonjax.wavelets import pair_error, wavelet_opd
 
 jax.config.update("jax_enable_x64", True)
 
@@ -33,27 +33,12 @@ SCREENS = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1, 1.0, 3.0, 10.0)
 def pairs_on_the_screen(scene, starts):
     """Midpoints [n, 2], separations, wavelets' path differences and their predicted errors [n], all in metres."""
     routes, setting = gather(scene)
-    _, screen_x, screen_y, _ = setting.screen
-    across = jnp.stack([screen_x, screen_y])
-
-    def landed(route, start):
-        landing, _ = trace(route, setting, start)
-        return landing, (landing.point, across @ landing.direction)
-
-    def wrong(route, start):
-        """Curvature of a wavefront on the screen less that of the sphere about the last surface point."""
-        d_point, d_slope = jax.jacfwd(lambda s: landed(route, s)[1])(start)
-        landing, (_, slope) = landed(route, start)
-        sphere = (across @ across.T - jnp.outer(slope, slope)) / landing.length
-        return setting.exit_index * (d_slope @ jnp.linalg.inv(d_point) - sphere)
 
     def node(start):
         one, two = (jax.tree.map(lambda leaf, b=b: leaf[b], routes) for b in (0, 1))
-        first, second = landed(one, start)[0], landed(two, start)[0]
-        half = (second.point - first.point) / 2
-        predicted = half @ (wrong(two, start) - wrong(one, start)) @ half / 2
-        opd = wavelet_opd(setting, first, second)
-        return (first.point + second.point) / 2, 2 * jnp.linalg.norm(half), opd, jnp.abs(predicted)
+        first, second = trace(one, setting, start)[0], trace(two, setting, start)[0]
+        pair = pair_error(one, two, setting, start)
+        return (first.point + second.point) / 2, pair.separation, wavelet_opd(setting, first, second), pair.wavelet
 
     return jax.vmap(node)(starts)
 

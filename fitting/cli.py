@@ -2,13 +2,35 @@
 
 import io
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
 
 from fitting import lamps, quantities
+from fitting.options import (
+    Angle,
+    Beams,
+    Collecting,
+    Epsilon,
+    Force,
+    Gap,
+    Json,
+    OutputDir,
+    Pixel,
+    PixelSd,
+    Polarization,
+    Radius,
+    Screen,
+    ScreenPixel,
+    Shape,
+    Shield,
+    Transfer,
+    View,
+    Wave,
+    WaveSd,
+    option,
+)
 
 app = typer.Typer(
     name="newtonjax",
@@ -42,70 +64,6 @@ def _fail(message: str) -> int:
     return 2
 
 
-def _option(parse: Callable[[str], Any], metavar: str, what: str, default: str = "") -> Any:
-    """An option whose text one function reads; the function's ValueError becomes the message of a wrong option.
-
-    `default` is shown only: the option itself is None where it is not given.
-    """
-
-    def read(text: str):
-        try:
-            return parse(text)
-        except ValueError as error:
-            raise typer.BadParameter(str(error)) from None
-
-    return typer.Option(parser=read, metavar=metavar, help=what, show_default=default or False)
-
-
-def _screen(text: str) -> float | str:
-    return "gap" if text == "gap" else quantities.length(text)
-
-
-def _transfer(text: str) -> float | str:
-    if text in ("linear", "srgb"):
-        return text
-    try:
-        exponent = float(text)
-    except ValueError:
-        exponent = 0.0
-    if not 0.1 <= exponent <= 10:
-        raise ValueError(f"{text!r}; give linear, srgb, or an exponent between 0.1 and 10, such as 2.2")
-    return exponent
-
-
-def _shape(text: str) -> tuple[int, int]:
-    rows, cross, columns = text.partition("x")
-    if not (cross and rows.isdecimal() and columns.isdecimal() and int(rows) and int(columns)):
-        raise ValueError(f"{text!r}; give ROWSxCOLUMNS, such as 1024x1024")
-    return int(rows), int(columns)
-
-
-Radius = Annotated[float | None, _option(quantities.length, "LENGTH", "Radius of the lens's convex face.", "1m")]
-Gap = Annotated[float | None, _option(quantities.length, "LENGTH", "Gap at the apex, or on the wedge's axis.", "0nm")]
-Screen = Annotated[Any, _option(_screen, "LENGTH|gap", "Distance of the screen, or a microscope on the gap.", "1mm")]
-Angle = Annotated[float | None, _option(quantities.angle, "ANGLE", "Angle of the wedge.", "0.1mrad")]
-Shape = Annotated[Any, _option(_shape, "ROWSxCOLUMNS", "Pixels of the image.", "1024x1024")]
-Wave = Annotated[Any, _option(lamps.wavelength, "LENGTH|LINE", "Vacuum wavelength, or a line such as sodium.")]
-Pixel = Annotated[
-    float | None, _option(quantities.positive_length, "LENGTH", "Size of a pixel at the object, in the gap.")
-]
-PixelSd = Annotated[
-    float | None, _option(quantities.length_from_zero, "LENGTH", "Standard deviation of the pixel size.")
-]
-WaveSd = Annotated[
-    float | None, _option(quantities.length_from_zero, "LENGTH", "Standard deviation of the wavelength.")
-]
-View = Annotated[
-    Literal["reflected", "transmitted"] | None,
-    typer.Option(help="How the rings were seen.", show_default="reflected"),
-]
-Force = Annotated[bool, typer.Option("--force", help="Overwrite files that are there already.")]
-OutputDir = Annotated[
-    Path | None, typer.Option(metavar="FOLDER", help="Folder for the picture, the report and the answer.")
-]
-Json = Annotated[str | None, typer.Option("--json", metavar="FILE|-", help="Write the answer as JSON (- is stdout).")]
-
-
 def _show_version(asked: bool) -> bool:
     if asked:
         from newtonjax import __version__
@@ -133,12 +91,18 @@ def render(
     wavelength: Wave = None,
     screen: Screen = None,
     angle: Angle = None,
+    beams: Beams = None,
+    polarization: Polarization = None,
+    shield: Shield = None,
+    collecting_lens: Collecting = None,
     shape: Shape = None,
-    pixel_size: Pixel = None,
+    pixel_size: ScreenPixel = None,
     method: Annotated[
-        Literal["closed-form", "chebyshev", "traced"] | None, typer.Option(help="Instead of the cheapest that will do.")
+        Literal["closed-form", "chebyshev", "traced", "splat"] | None,
+        typer.Option(help="Instead of the cheapest that will do."),
     ] = None,
     nodes: Annotated[int | None, typer.Option(min=2, max=129, help="To a side, for chebyshev.")] = None,
+    epsilon: Epsilon = None,
     tolerance: Annotated[
         float | None,
         typer.Option(help="Largest error of intensity over the peak.", show_default="0.001 without a method"),
@@ -154,11 +118,13 @@ def render(
     """
     from fitting import render_verb
 
-    bench = {"radius": radius, "gap": gap, "screen": screen, "angle": angle, "wavelength": wavelength}
-    request = render_verb.Request(
-        scene, output, bench, shape, pixel_size, method, nodes, tolerance, seed if expose else None, int(bits), force
-    )
-    return render_verb.run(request)
+    bench = {
+        "radius": radius, "gap": gap, "screen": screen, "angle": angle, "wavelength": wavelength, "beams": beams,
+        "polarization": polarization, "shield": shield, "collecting_lens": collecting_lens,
+    }  # fmt: skip
+    how = render_verb.How(method, nodes, epsilon, tolerance)
+    noise = seed if expose else None
+    return render_verb.run(render_verb.Request(scene, output, bench, shape, pixel_size, how, noise, int(bits), force))
 
 
 @app.command()
@@ -169,15 +135,13 @@ def fit(
     pixel_size_sd: PixelSd = None,
     wavelength_sd: WaveSd = None,
     radius: Annotated[
-        float | None, _option(quantities.positive_length, "LENGTH", "A known radius: then the third comes out.")
+        float | None, option(quantities.positive_length, "LENGTH", "A known radius: then the third comes out.")
     ] = None,
     view: View = None,
     scene: Annotated[
         Path | None, typer.Option(metavar="SCENE.toml", help="A bench to trace instead of the gap alone.")
     ] = None,
-    transfer: Annotated[
-        Any, _option(_transfer, "linear|srgb|GAMMA", "How the file codes light, where it is not as usual.")
-    ] = None,
+    transfer: Transfer = None,
     json: Json = None,
     output_dir: OutputDir = None,
     force: Force = False,
@@ -196,21 +160,21 @@ def fit(
 @app.command()
 def rings(
     table: Annotated[Path, typer.Argument(metavar="TABLE.csv", help="Ring readings: a header and one row a reading.")],
-    wavelength: Annotated[Any, _option(lamps.wavelength, "LENGTH|LINE", "Vacuum wavelength, or a line.")],
+    wavelength: Annotated[Any, option(lamps.wavelength, "LENGTH|LINE", "Vacuum wavelength, or a line.")],
     wavelength_sd: WaveSd = None,
     pixel_size: Pixel = None,
     pixel_size_sd: PixelSd = None,
     view: View = None,
     bright: Annotated[bool, typer.Option("--bright", help="The readings are of bright rings.")] = False,
-    angle: Annotated[float | None, _option(quantities.angle, "ANGLE", "Of view, against the normal.", "0deg")] = None,
+    angle: Annotated[float | None, option(quantities.angle, "ANGLE", "Of view, against the normal.", "0deg")] = None,
     angle_sd: Annotated[
-        float | None, _option(quantities.angle, "ANGLE", "Standard deviation of the angle of view.")
+        float | None, option(quantities.angle, "ANGLE", "Standard deviation of the angle of view.")
     ] = None,
     index: Annotated[float, typer.Option(help="Refractive index of what fills the gap.")] = 1.0,
     index_sd: Annotated[float | None, typer.Option(help="Standard deviation of the index.")] = None,
     expected_radius: Annotated[
         float | None,
-        _option(quantities.positive_length, "LENGTH", "Rough radius: warns where diameters and radii are swapped."),
+        option(quantities.positive_length, "LENGTH", "Rough radius: warns where diameters and radii are swapped."),
     ] = None,
     column: Annotated[
         list[str] | None, typer.Option(metavar="NAME=COLUMN", help="The table's own name of a column; may be repeated.")

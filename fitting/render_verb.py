@@ -12,10 +12,20 @@ from fitting import output, png, session
 from fitting.lamps import Wavelength
 from fitting.progress import progress
 from newtonjax.methods import AbstractMethod
+from newtonjax.splatting import Splatted, why_unpaired
 
-_BENCHES = {"transmitted": ("radius", "gap", "screen"), "reflected": ("radius", "gap", "screen")}
-_BENCHES["wedge"] = ("angle", "gap", "screen")
+_ANY = ("gap", "wavelength", "screen", "beams", "polarization", "shield", "collecting_lens")
+_BENCHES = {"transmitted": ("radius", *_ANY), "reflected": ("radius", *_ANY), "wedge": ("angle", *_ANY)}
 _FILL = 0.8  # of the full well, by the brightest pixel, where no camera file says how long to expose
+
+
+class How(NamedTuple):
+    """What the options say of the method; None for what was not given."""
+
+    method: str | None
+    nodes: int | None
+    epsilon: float | None
+    tolerance: float | None
 
 
 class Request(NamedTuple):
@@ -26,22 +36,24 @@ class Request(NamedTuple):
     bench: dict
     shape: tuple[int, int] | None
     pixel_size: float | None
-    method: str | None
-    nodes: int | None
-    tolerance: float | None
+    how: How
     seed: int | None
     bits: int
     force: bool
 
 
 class Chosen(NamedTuple):
-    """How the image is computed, with its estimated errors: phase [turns], intensity over the peak."""
+    """How the image is computed, with its estimated errors: phase [turns], intensity over the peak.
+
+    `splatted`: the image with its books, of a method that knows its error only afterwards.
+    """
 
     scene: nj.Scene
     method: AbstractMethod
     phase_error: float
     intensity_error: float
     reason: str
+    splatted: Splatted | None = None
 
 
 def run(request: Request) -> int:
@@ -52,8 +64,9 @@ def run(request: Request) -> int:
     session.prepare()
     scene, camera, from_file = _scene_and_camera(request)
     with progress("rendering"):
-        chosen = _choose(scene, camera, request)
-        image = np.asarray(nj.render(chosen.scene, camera, chosen.method))
+        chosen = _choose(scene, camera, request.how)
+        splatted = chosen.splatted
+        image = splatted.image if splatted else np.asarray(nj.render(chosen.scene, camera, chosen.method))
         fraction, white, noise = _develop(image, camera, request.seed, from_file)
     output.write(request.output, png.encode(fraction, request.bits), request.force)
     _say(request, camera, chosen, white, noise)
@@ -66,7 +79,7 @@ def _scene_and_camera(request: Request) -> tuple[nj.Scene, nj.Camera, bool]:
     camera = None
     if request.scene.endswith(".toml"):
         if given:
-            options = ", ".join(f"--{name}" for name in given)
+            options = ", ".join(map(_option, given))
             raise ValueError(f"{options} with {request.scene}: the file gives the scene; change it there")
         scene, camera = nj.load_scene(request.scene)
     elif request.scene in _BENCHES:
@@ -80,25 +93,31 @@ def _scene_and_camera(request: Request) -> tuple[nj.Scene, nj.Camera, bool]:
 
 
 def _bench(name: str, given: dict) -> nj.Scene:
-    other = [f"--{option}" for option in given if option not in (*_BENCHES[name], "wavelength")]
+    other = [_option(option) for option in given if option not in _BENCHES[name]]
     if other:
-        raise ValueError(f"{', '.join(other)} with {name}: it has {', '.join(f'--{o}' for o in _BENCHES[name])}")
+        raise ValueError(f"{', '.join(other)} with {name}: it has {', '.join(map(_option, _BENCHES[name]))}")
     if isinstance(given.get("wavelength"), Wavelength):
         given = {**given, "wavelength": given["wavelength"].within(1.0)}
     return nj.air_wedge(**given) if name == "wedge" else nj.newton_rings(view=name, **given)
 
 
-def _choose(scene: nj.Scene, camera: nj.Camera, request: Request) -> Chosen:
+def _option(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
+def _choose(scene: nj.Scene, camera: nj.Camera, how: How) -> Chosen:
     """The planned method, or the one asked for if it keeps the tolerance asked for."""
-    tolerance = 1e-3 if request.tolerance is None else request.tolerance
-    name = request.method or ("chebyshev" if request.nodes else None)
+    tolerance = 1e-3 if how.tolerance is None else how.tolerance
+    name = how.method or ("chebyshev" if how.nodes else "splat" if how.epsilon else None)
     if name is None:
         plan = nj.plan(scene, camera, tolerance)
         return Chosen(plan.scene, plan.method, plan.phase_error, plan.intensity_error, plan.reason)
-    if request.nodes and name != "chebyshev":
+    if how.nodes and name != "chebyshev":
         raise ValueError(f"--nodes with --method {name}: it has none; leave one of them out")
-    chosen = _asked_for(scene, camera, name, request.nodes)
-    if request.tolerance is not None and not chosen.intensity_error <= tolerance:
+    if how.epsilon and name != "splat":
+        raise ValueError(f"--epsilon with --method {name}: it has none; leave one of them out")
+    chosen = _asked_for(scene, camera, name, how)
+    if how.tolerance is not None and not chosen.intensity_error <= tolerance:
         raise ValueError(
             f"--method {name}: its estimated error {chosen.intensity_error:.2g} of the peak is over --tolerance "
             f"{tolerance:g}; leave out --method, which then is chosen to fit"
@@ -106,10 +125,14 @@ def _choose(scene: nj.Scene, camera: nj.Camera, request: Request) -> Chosen:
     return chosen
 
 
-def _asked_for(scene: nj.Scene, camera: nj.Camera, name: str, nodes: int | None) -> Chosen:
+def _asked_for(scene: nj.Scene, camera: nj.Camera, name: str, how: How) -> Chosen:
     asked = "as asked for"
+    if name == "splat":
+        method = nj.Splat(epsilon=how.epsilon)
+        found = nj.splat(scene, camera, method)
+        return Chosen(scene, method, found.error, 2 * np.pi * found.error, asked, found)
     if name == "chebyshev":
-        method = nj.Chebyshev() if nodes is None else nj.Chebyshev(nodes)
+        method = nj.Chebyshev() if how.nodes is None else nj.Chebyshev(how.nodes)
         phase, intensity = jax.jit(method.error)(scene, camera)
         return Chosen(scene, method, float(phase), float(intensity), asked)
     if name == "closed-form":
@@ -149,4 +172,17 @@ def _say(request: Request, camera: nj.Camera, chosen: Chosen, white: float, nois
     print(f"values: {request.bits} bits, {coding}, white is {white:.6g} of the incident irradiance")
     print(f"method: {method}{nodes} ({chosen.reason})")
     print(f"estimated error: {chosen.phase_error:.2g} turns, {chosen.intensity_error:.2g} of the peak intensity")
+    if chosen.splatted:
+        _say_pairs(chosen.splatted)
     print(f"noise: {noise}")
+
+
+def _say_pairs(found: Splatted) -> None:
+    pairs = found.pairs
+    print(
+        f"pairs: {pairs.emitted} emitted, {pairs.paired} paired, {pairs.apart} too far apart, {pairs.outside} out of "
+        f"the frame, {pairs.lost} lost, of {' x '.join(map(str, found.source.nodes))} source nodes "
+        f"{found.source.step * 1e6:g} um apart"
+    )
+    if found.unpaired.any():
+        print(f"warning: {why_unpaired(found)}")

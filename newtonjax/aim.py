@@ -92,9 +92,8 @@ def arrive(route: Route, setting: Setting, target: Float[Array, "2"]) -> Arrival
     arrives = found & landing.alive & reaches & (spread != 0)
     area = jnp.where(arrives, jnp.abs(spread), 1.0)
     field = carry_field(route, setting, legs) * as_complex(1 / jnp.sqrt(area))
-    _, screen_x, screen_y, _ = setting.screen
     # Fermat: what the aim still misses changes the path by its component along the ray, and no more.
-    along = miss[0] * dot(screen_x, landing.direction) + miss[1] * dot(screen_y, landing.direction)
+    along = dot(miss @ setting.across(), landing.direction)
     return Arrival(
         jnp.where(arrives, landing.path + setting.exit_index * along, 0.0),
         jnp.where(arrives, field, 0.0),

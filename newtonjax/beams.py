@@ -74,6 +74,30 @@ def name_of(word: str) -> str:
     return "-".join(token for token in word.split() if token[0] == "R") or "direct"
 
 
+def word_of(name: str, surfaces: int) -> str:
+    """The word of a beam's short name (see `name_of`) in a stack of so many surfaces; a whole word stays as it is.
+
+    Raises ValueError for a name that light cannot follow.
+    """
+    if " " in name or not re.fullmatch(r"direct|R\d+(-R\d+)*", name):
+        return name
+    turns = [] if name == "direct" else [int(turn[1:]) for turn in name.split("-")]
+    word, medium, down = [], 0, True
+    while 0 <= (met := medium if down else medium - 1) < surfaces:
+        if turns and met == turns[0]:
+            word.append(f"R{turns.pop(0)}")
+            down = not down
+        else:
+            word.append(f"T{met}")
+            medium += 1 if down else -1
+    if turns:
+        raise ValueError(
+            f"beam {name!r} is unknown: light leaves the stack of {surfaces} surfaces before it meets R{turns[0]}; "
+            "name a beam by its reflections in their order, such as direct, R1 or R2-R1"
+        )
+    return " ".join(word)
+
+
 def _walk(surfaces: int, reflections: int, word: tuple[str, ...], medium: int, down: bool):
     met = medium if down else medium - 1
     if not 0 <= met < surfaces:

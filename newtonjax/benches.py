@@ -1,14 +1,15 @@
 """Ready benches: Newton's rings and the air wedge."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
-import equinox as eqx
 import numpy as np
 
 from newtonjax.gap import focus_height
+from newtonjax.imaging import CollectingLens, Shield, lens_to_image
 from newtonjax.light import Light
 from newtonjax.quantities import Scalar, Vector2, finite, positive, require, require_pair
-from newtonjax.scene import Scene
+from newtonjax.scene import Scene, choose_beams
 from newtonjax.surfaces import Surface, frame
 
 _PAIRS = {
@@ -34,7 +35,10 @@ def newton_rings(
     plate_tilt: Vector2 = (0.0, 0.0),
     light_tilt: Vector2 = (0.0, 0.0),
     polarization: Scalar | None = None,
+    polarization_degree: Scalar | None = None,
     beams: Sequence[str] | None = None,
+    shield: Scalar | None = None,
+    collecting_lens: Scalar | None = None,
 ) -> Scene:
     """A plano-convex lens, convex face down, over a plane-parallel plate (Debelov and Dolgov 2021, section 4).
 
@@ -46,13 +50,16 @@ def newton_rings(
       wavelength: in vacuum [m].
       gap: height of the apex [m]; 0 is contact, negative an approach beyond it.
       view: "transmitted" (direct beam and the one reflected twice in the gap) or "reflected" (reflections at the convex
-        face and at the plate's upper face); `beams` (words) replaces the pair.
+        face and at the plate's upper face); `beams` (words, or names as in `choose_beams`) replaces the pair.
       screen: distance [m] of a plane below the plate ("transmitted") or above the lens ("reflected"), or "gap": a
         microscope focused on the plate's upper face, i.e. the plane of that face's paraxial image through the glass.
       index, plate_index, gap_index, ambient_index: refractive indices.
       lens_thickness, plate_thickness: on the axis [m].
       lens_tilt, plate_tilt: rotations about x and y [rad], of the lens about its apex, of the plate about the origin.
-      light_tilt, polarization: as in `Light`.
+      light_tilt, polarization, polarization_degree: as in `Light`.
+      shield: radius [m] of a round hole in a shield on the face where the light leaves; None for no shield.
+      collecting_lens: focal length [m] of an ideal lens that images the gap, enlarged, on a `screen` at least four
+        times as far away; None for a bare screen (Debelov and Dolgov 2021, figure 5).
 
     Raises ValueError for values that no bench can have. Traced values are not checked.
 
@@ -68,7 +75,6 @@ def newton_rings(
     require("plate_thickness", plate_thickness, "a positive thickness in metres", positive)
     for name, tilt in (("lens_tilt", lens_tilt), ("plate_tilt", plate_tilt), ("light_tilt", light_tilt)):
         require_pair(name, tilt)
-    words = _PAIRS[_known(view)] if beams is None else tuple(beams)
     curvature = 1 / radius
     lens_axis, plate_axis = frame(lens_tilt)[2], frame(plate_tilt)[2]
     if screen == "gap":
@@ -86,14 +92,30 @@ def newton_rings(
             Surface(0.0, _along(plate_axis, -plate_thickness), plate_tilt),
         ),
         media=(ambient_index, index, gap_index, plate_index, ambient_index),
-        light=Light(wavelength, light_tilt, polarization),
+        light=Light(wavelength, light_tilt, polarization, degree=polarization_degree),
         screen=Surface(0.0, (0.0, 0.0, height)),
-        beams=words,
+        beams=_PAIRS[_known(view)],
     )
-    if screen != "gap":
+    return _finish(scene, screen, beams, shield, collecting_lens)
+
+
+def _finish(scene: Scene, screen, beams, shield, collecting_lens) -> Scene:
+    """The bench with the options that follow from the rest of it: beams by name, focus, shield, collecting lens."""
+    if beams is not None:
+        scene = choose_beams(scene, names=tuple(beams))
+    if shield is not None:
+        face = scene.surfaces[-1 if scene.view == "transmitted" else 0]
+        scene = replace(scene, shield=Shield(shield, face.vertex, face.tilt))
+    if screen == "gap":
+        if collecting_lens is not None:
+            raise ValueError("collecting_lens with screen='gap': it needs a screen at a distance; give that in metres")
+        return replace(scene, screen=Surface(0.0, (0.0, 0.0, focus_height(scene, upper=1))))
+    if collecting_lens is None:
         return scene
     focus = focus_height(scene, upper=1)
-    return eqx.tree_at(lambda s: s.screen, scene, Surface(0.0, (0.0, 0.0, focus)))
+    down = -1.0 if scene.view == "transmitted" else 1.0
+    before = lens_to_image(down * (scene.screen.vertex[2] - focus), collecting_lens)
+    return replace(scene, collecting_lens=CollectingLens(collecting_lens, (0.0, 0.0, focus + down * before)))
 
 
 def air_wedge(
@@ -109,7 +131,10 @@ def air_wedge(
     thickness: Scalar = 5e-3,
     light_tilt: Vector2 = (0.0, 0.0),
     polarization: Scalar | None = None,
+    polarization_degree: Scalar | None = None,
     beams: Sequence[str] | None = None,
+    shield: Scalar | None = None,
+    collecting_lens: Scalar | None = None,
 ) -> Scene:
     """Two plane-parallel plates, the upper one turned by `angle` so that the gap opens towards +x.
 
@@ -119,7 +144,8 @@ def air_wedge(
       angle: of the wedge [rad], below a quarter turn in size.
       gap: thickness of the gap on the axis [m].
       thickness: of both plates [m].
-      view, screen, light_tilt, polarization, beams, wavelength and the indices: as in `newton_rings`.
+      view, screen, light_tilt, polarization, polarization_degree, beams, shield, collecting_lens, wavelength and the
+        indices: as in `newton_rings`.
 
     Raises ValueError for values that no bench can have. Traced values are not checked.
 
@@ -140,7 +166,10 @@ def air_wedge(
         lens_tilt=(0.0 * angle, -angle),
         light_tilt=light_tilt,
         polarization=polarization,
+        polarization_degree=polarization_degree,
         beams=beams,
+        shield=shield,
+        collecting_lens=collecting_lens,
     )
 
 

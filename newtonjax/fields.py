@@ -10,6 +10,7 @@ from jaxtyping import Array, Bool, Complex, Float
 
 from newtonjax.aim import Arrival, arrive
 from newtonjax.beams import itinerary
+from newtonjax.light import irradiance, mutual
 from newtonjax.quantities import as_complex
 from newtonjax.scene import Scene
 from newtonjax.trace import gather
@@ -53,9 +54,8 @@ def fields_at(scene: Scene, points: Float[Array, "n 2"]) -> Fields:
     path = (beams.path[second] - beams.path[first]) / scene.wavelength
     longest = jnp.abs(beams.path).max(axis=0) / scene.wavelength
     return Fields(
-        # Not |E|²: JAX's second derivative of that is 0 where a component vanishes.
-        background=jnp.sum(beams.field.real**2 + beams.field.imag**2, axis=(0, 2, 3)),
-        envelope=2 * jnp.sum(beams.field[second] * jnp.conj(beams.field[first]), axis=(2, 3)),
+        background=irradiance(scene.light, beams.field).sum(axis=0),
+        envelope=mutual(scene.light, beams.field[first], beams.field[second]),
         phase=path - (beams.quarter_turns[second] - beams.quarter_turns[first]) / 4,
         rounding=jax.lax.stop_gradient(8 * jnp.finfo(longest.dtype).eps * longest),
         arrives=beams.arrives.all(axis=0),

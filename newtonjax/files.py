@@ -2,14 +2,16 @@
 
 import re
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import msgspec
 import tomli_w
 
 from newtonjax import benches
 from newtonjax.camera import Camera
+from newtonjax.imaging import CollectingLens, Shield
 from newtonjax.light import Light
 from newtonjax.scene import Scene
 from newtonjax.surfaces import Surface
@@ -17,6 +19,7 @@ from newtonjax.surfaces import Surface
 Three = tuple[float, float, float]
 Two = tuple[float, float]
 Positive = Annotated[float, msgspec.Meta(gt=0)]
+Made = TypeVar("Made")
 Pixels = Annotated[int, msgspec.Meta(ge=1)]
 
 
@@ -29,11 +32,28 @@ class SurfaceTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=Tru
 
 
 class LightTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """The source: vacuum wavelength [m], tilt [rad], angle of polarization [rad] or absent."""
+    """The source: vacuum wavelength [m], tilt [rad], polarization and ellipticity [rad] or absent, degree or absent."""
 
     wavelength: Positive
     tilt: Two = (0.0, 0.0)
     polarization: float | None = None
+    ellipticity: float | None = None
+    degree: float | None = None
+
+
+class ShieldTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """An opaque plane with a round hole: its radius [m], vertex [m], tilt [rad]."""
+
+    radius: Positive
+    vertex: Three = (0.0, 0.0, 0.0)
+    tilt: Two = (0.0, 0.0)
+
+
+class CollectingLensTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """An ideal lens before the screen: focal length [m], vertex [m]."""
+
+    focal_length: Positive
+    vertex: Three
 
 
 class CameraTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
@@ -66,7 +86,10 @@ class RingsTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True)
     plate_tilt: Two = (0.0, 0.0)
     light_tilt: Two = (0.0, 0.0)
     polarization: float | None = None
+    polarization_degree: float | None = None
     beams: tuple[str, ...] | None = None
+    shield: Positive | None = None
+    collecting_lens: Positive | None = None
 
 
 class WedgeTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
@@ -83,11 +106,16 @@ class WedgeTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True)
     thickness: Positive = 5e-3
     light_tilt: Two = (0.0, 0.0)
     polarization: float | None = None
+    polarization_degree: float | None = None
     beams: tuple[str, ...] | None = None
+    shield: Positive | None = None
+    collecting_lens: Positive | None = None
 
 
 class SceneFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """A file: a ready bench, or surfaces with media, light, screen and beams; and a camera beside it."""
+    """A file: a ready bench, or surfaces with media, light, screen and beams (and perhaps a shield and a collecting
+    lens); and a camera beside it.
+    """
 
     newton_rings: RingsTable | None = None
     air_wedge: WedgeTable | None = None
@@ -96,6 +124,8 @@ class SceneFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     beams: tuple[str, ...] | None = None
     light: LightTable | None = None
     screen: SurfaceTable | None = None
+    shield: ShieldTable | None = None
+    collecting_lens: CollectingLensTable | None = None
     camera: CameraTable | None = None
 
 
@@ -107,10 +137,13 @@ _TABLES = {
         "surfaces": SurfaceTable,
         "screen": SurfaceTable,
         "light": LightTable,
+        "shield": ShieldTable,
+        "collecting_lens": CollectingLensTable,
         "camera": CameraTable,
     }.items()
 }
 _BY_HAND = ("surfaces", "media", "beams", "light", "screen")
+_BESIDE = ("shield", "collecting_lens")  # what a scene by hand may have as well
 
 
 def load_scene(path: str | Path) -> tuple[Scene, Camera | None]:
@@ -124,7 +157,7 @@ def load_scene(path: str | Path) -> tuple[Scene, Camera | None]:
     try:
         given = tomllib.loads(path.read_text(encoding="utf-8"))
         table = _convert(given)
-        return _scene(table), _camera(table.camera)
+        return _scene(table), _made(Camera, table.camera)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
@@ -146,7 +179,7 @@ def _convert(given: dict) -> SceneFile:
 
 
 def _scene(table: SceneFile) -> Scene:
-    by_hand = [name for name in _BY_HAND if getattr(table, name) is not None]
+    by_hand = [name for name in (*_BY_HAND, *_BESIDE) if getattr(table, name) is not None]
     ready = [name for name in ("newton_rings", "air_wedge") if getattr(table, name) is not None]
     if len(ready) + bool(by_hand) != 1:
         given = ", ".join(ready + by_hand) or "neither"
@@ -167,11 +200,13 @@ def _scene(table: SceneFile) -> Scene:
         light=Light(**msgspec.structs.asdict(light)),
         screen=Surface(**msgspec.structs.asdict(screen)),
         beams=beams,
+        shield=_made(Shield, table.shield),
+        collecting_lens=_made(CollectingLens, table.collecting_lens),
     )
 
 
-def _camera(table: CameraTable | None) -> Camera | None:
-    return None if table is None else Camera(**msgspec.structs.asdict(table))
+def _made(kind: Callable[..., Made], table: msgspec.Struct | None) -> Made | None:
+    return None if table is None else kind(**msgspec.structs.asdict(table))
 
 
 def save_scene(path: str | Path, scene: Scene, camera: Camera | None = None) -> None:
@@ -184,14 +219,16 @@ def save_scene(path: str | Path, scene: Scene, camera: Camera | None = None) -> 
     def surface(s: Surface) -> SurfaceTable:
         return SurfaceTable(float(s.curvature), _three(s.vertex), _two(s.tilt))
 
-    light = scene.light
-    polarization = None if light.polarization is None else float(light.polarization)
+    light, shield, lens = scene.light, scene.shield, scene.collecting_lens
+    state = [None if angle is None else float(angle) for angle in (light.polarization, light.ellipticity, light.degree)]
     table = SceneFile(
         surfaces=tuple(map(surface, scene.surfaces)),
         media=tuple(map(float, scene.media)),
         beams=scene.beams,
-        light=LightTable(float(light.wavelength), _two(light.tilt), polarization),
+        light=LightTable(float(light.wavelength), _two(light.tilt), *state),
         screen=surface(scene.screen),
+        shield=None if shield is None else ShieldTable(float(shield.radius), _three(shield.vertex), _two(shield.tilt)),
+        collecting_lens=None if lens is None else CollectingLensTable(float(lens.focal_length), _three(lens.vertex)),
         camera=None if camera is None else _camera_table(camera),
     )
     text = tomli_w.dumps(_without_none(msgspec.to_builtins(table)))

@@ -127,6 +127,9 @@ def why_not_closed(scene: Scene) -> str:
     upper = gap_of(scene)
     if upper is None:
         return f"beams {', '.join(map(repr, scene.beams))}: it takes two that differ by one round trip in one gap"
+    for part in ("shield", "collecting_lens"):
+        if getattr(scene, part) is not None:
+            return f"{part}: it takes a bare screen"
     if _nonzero(scene.light.tilt):
         return "light.tilt: it takes light along -z"
     for k, surface in enumerate(scene.surfaces):

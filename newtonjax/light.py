@@ -1,8 +1,9 @@
-"""The source: collimated, monochromatic light, polarized or not."""
+"""The source: collimated, monochromatic light of any state of polarization."""
 
 import equinox as eqx
 import jax.numpy as jnp
-from jaxtyping import Array, Complex
+import numpy as np
+from jaxtyping import Array, Complex, Float
 
 from newtonjax.quantities import Scalar, Vector2, as_complex, as_scalar, as_vector, finite, positive, require
 from newtonjax.surfaces import Direction, frame
@@ -13,19 +14,35 @@ class Light(eqx.Module):
 
     - `wavelength`: in vacuum [m].
     - `tilt`: the direction, -z turned about x, then about y [rad].
-    - `polarization`: angle of the linear polarization from x towards y [rad], about the light's own axis; None for
-      unpolarized light (two perpendicular components of half the irradiance, whose intensities add).
+    - `polarization`: angle of the linear polarization (the ellipse's long axis) from x towards y [rad], about the
+      light's own axis; None for unpolarized light (two perpendicular components of half the irradiance, whose
+      intensities add).
+    - `ellipticity`: angle whose tangent is the ratio of the ellipse's axes [rad], ±π/4 for circular light; None for
+      linear polarization (Born and Wolf, Principles of Optics, section 1.4.2).
+    - `degree`: of polarization, 0 to 1; None for 1. Partially polarized light is an unpolarized part and a polarized
+      one; two components hold both, since the coherency matrix has two eigenvectors (section 10.9.2).
     """
 
     wavelength: Scalar = eqx.field(converter=as_scalar)
     tilt: Vector2 = eqx.field(converter=as_vector, default=(0.0, 0.0))
     polarization: Scalar | None = None
+    ellipticity: Scalar | None = None
+    degree: Scalar | None = None
 
     def __check_init__(self):
         require("wavelength", self.wavelength, "a positive length in metres", positive)
         require("light.tilt", self.tilt, "finite angles in radians", finite)
-        if self.polarization is not None:
-            require("polarization", self.polarization, "a finite angle in radians, or None", finite)
+        if self.polarization is None:
+            if self.ellipticity is not None or self.degree is not None:
+                raise ValueError("ellipticity or degree without polarization; give its angle, or leave all three out")
+            return
+        require("polarization", self.polarization, "a finite angle in radians, or None", finite)
+        if self.ellipticity is not None:
+            require(
+                "ellipticity", self.ellipticity, "-π/4 to π/4 in radians, or None", lambda e: np.all(np.abs(e) < 0.7854)
+            )
+        if self.degree is not None:
+            require("degree", self.degree, "0 (unpolarized) to 1, or None", lambda d: np.all((d >= 0) & (d <= 1)))
 
 
 def launch_frame(light: Light) -> tuple[Direction, Direction, Direction]:
@@ -34,10 +51,41 @@ def launch_frame(light: Light) -> tuple[Direction, Direction, Direction]:
     return across_x, across_y, -up
 
 
-def field_at_launch(light: Light) -> Complex[Array, "3 polarizations"]:
-    """Field vectors of the polarization components; their squares sum to 1."""
+def field_at_launch(light: Light) -> Complex[Array, "3 components"]:
+    """Unit field vectors of the components, which do not interfere with each other."""
     across_x, across_y, _ = launch_frame(light)
     if light.polarization is None:
-        return as_complex(jnp.stack([across_x, across_y], axis=1) * jnp.sqrt(0.5))
+        return as_complex(jnp.stack([across_x, across_y], axis=1))
     angle = light.polarization
-    return as_complex((jnp.cos(angle) * across_x + jnp.sin(angle) * across_y)[:, None])
+    along = as_complex(jnp.cos(angle) * across_x + jnp.sin(angle) * across_y)
+    aside = as_complex(jnp.cos(angle) * across_y - jnp.sin(angle) * across_x)
+    if light.ellipticity is not None:
+        long, short = as_complex(jnp.cos(light.ellipticity)), 1j * as_complex(jnp.sin(light.ellipticity))
+        along, aside = long * along + short * aside, long * aside + short * along
+    return along[:, None] if light.degree is None else jnp.stack([along, aside], axis=1)
+
+
+def mutual(
+    light: Light, one: Complex[Array, "... 3 components"], two: Complex[Array, "... 3 components"]
+) -> Complex[Array, "..."]:
+    """2 Two·One*, the envelope of the fringes of two fields, summed over components with their shares."""
+    each = jnp.sum(two * jnp.conj(one), axis=-2)
+    return 2 * jnp.sum(each * as_complex(_shares(light)), axis=-1)
+
+
+def irradiance(light: Light, field: Complex[Array, "... 3 components"]) -> Float[Array, "..."]:
+    """The square of a field, summed over components with their shares.
+
+    Not |E|²: JAX's second derivative of that is 0 where a part of the field vanishes.
+    """
+    each = jnp.sum(field.real**2 + field.imag**2, axis=-2)
+    return jnp.sum(each * _shares(light), axis=-1)
+
+
+def _shares(light: Light) -> Float[Array, " components"]:
+    """Of the irradiance. Apart from the fields: their square roots have no derivative at full polarization."""
+    if light.polarization is None:
+        return jnp.array([0.5, 0.5])
+    if light.degree is None:
+        return jnp.array([1.0])
+    return jnp.stack([1 + light.degree, 1 - light.degree]) / 2

@@ -1,12 +1,13 @@
 """How an image is computed: at every pixel, on Chebyshev nodes, or by the closed form of the gap."""
 
 import abc
+from collections.abc import Callable
 from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Shaped
 
 from newtonjax import chebyshev
 from newtonjax.camera import Camera
@@ -64,24 +65,28 @@ class Traced(AbstractMethod):
         """Every scene is honoured."""
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
-        return self._map(lambda points: intensity(fields_at(scene, points)), camera)
+        return at_every_pixel(lambda points: intensity(fields_at(scene, points)), camera, self.chunk)
 
     def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
         _check_two_beams(scene)
-        return self._map(lambda points: opd_at(scene, points)[0], camera)
+        return at_every_pixel(lambda points: opd_at(scene, points)[0], camera, self.chunk)
 
-    def _map(self, function, camera: Camera):
-        x, y = camera.axes()
-        rows, columns = camera.shape
-        count = min(self.chunk, rows * columns)
-        chunks = -(-rows * columns // count)
 
-        def block(start):
-            pixel = jnp.minimum(start + jnp.arange(count), rows * columns - 1)
-            return function(jnp.stack([x[pixel % columns], y[pixel // columns]], axis=1))
+def at_every_pixel(
+    function: Callable[[Float[Array, "chunk 2"]], Shaped[Array, " chunk"]], camera: Camera, chunk: int
+) -> Shaped[Array, "rows columns"]:
+    """A function of screen points [m] at every pixel, `chunk` pixels at a time."""
+    x, y = camera.axes()
+    rows, columns = camera.shape
+    count = min(chunk, rows * columns)
+    chunks = -(-rows * columns // count)
 
-        flat = jax.lax.map(block, jnp.arange(chunks) * count)
-        return flat.ravel()[: rows * columns].reshape(rows, columns)
+    def block(start):
+        pixel = jnp.minimum(start + jnp.arange(count), rows * columns - 1)
+        return function(jnp.stack([x[pixel % columns], y[pixel // columns]], axis=1))
+
+    flat = jax.lax.map(block, jnp.arange(chunks) * count)
+    return flat.ravel()[: rows * columns].reshape(rows, columns)
 
 
 class Chebyshev(AbstractMethod):
@@ -183,6 +188,3 @@ class ClosedForm(AbstractMethod):
     def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
         x, y = camera.axes()
         return jnp.broadcast_to(gap_opd(scene, x[None, :], y[:, None]), camera.shape)
-
-
-METHODS = {"closed-form": ClosedForm, "chebyshev": Chebyshev, "traced": Traced}

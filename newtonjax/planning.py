@@ -12,6 +12,7 @@ from newtonjax import chebyshev
 from newtonjax.camera import Camera
 from newtonjax.fields import Fields, arrivals, polar
 from newtonjax.gap import closed_fields, why_not_closed
+from newtonjax.light import irradiance
 from newtonjax.methods import AbstractMethod, Chebyshev, ClosedForm, ErrorEstimate, Traced, error_from_nodes
 from newtonjax.precision import require_concrete, x64
 from newtonjax.scene import Scene
@@ -48,7 +49,7 @@ def _probe(scene: Scene, camera: Camera, count: int = _COARSE) -> Fields:
 @jax.jit
 def _amplitudes(scene: Scene, camera: Camera) -> Float[Array, " beams"]:
     beams = arrivals(scene, chebyshev.node_points(camera, _COARSE))
-    return jnp.sqrt(jnp.sum(jnp.abs(beams.field) ** 2, axis=(2, 3)).max(axis=1))
+    return jnp.sqrt(irradiance(scene.light, beams.field).max(axis=1))
 
 
 _error = jax.jit(error_from_nodes, static_argnums=1)

@@ -13,6 +13,7 @@ from newtonjax.precision import require_x64, x64
 from newtonjax.quantities import is_concrete
 from newtonjax.scene import Scene
 from newtonjax.splatting import Splat
+from newtonjax.symmetry import spare_component
 
 
 def render(
@@ -52,6 +53,7 @@ def _run(kernel, scene, camera, method, tolerance):
         if not isinstance(method, ClosedForm):
             require_x64(type(method).__name__)
         return kernel(scene, camera, method)[0]
+    scene = spare_component(scene)
     if method is None:
         chosen = plan(scene, camera, tolerance)
         scene, method = chosen.scene, chosen.method

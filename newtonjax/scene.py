@@ -6,7 +6,8 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
-from newtonjax.beams import Beam, enumerate_beams, itinerary
+from newtonjax.beams import enumerate_beams, itinerary, word_of
+from newtonjax.imaging import CollectingLens, Shield, check_focus
 from newtonjax.light import Light
 from newtonjax.quantities import Scalar, as_vector, is_concrete, positive, require
 from newtonjax.surfaces import Surface
@@ -21,6 +22,8 @@ class Scene(eqx.Module):
     - `screen`: the plane on which the image is taken, a `Surface` of curvature 0 whose turned x and y directions are
       the image's. It may be virtual (a plane inside the stack seen through the glass): rays are drawn back to it.
     - `beams`: words (see `newtonjax.beams`) of the beams that meet on the screen. Static.
+    - `shield`: with a round hole that light must pass on its way to the screen; None where there is none.
+    - `collecting_lens`: an ideal lens on that way, which images some plane on the screen; None where there is none.
     """
 
     surfaces: tuple[Surface, ...]
@@ -28,6 +31,8 @@ class Scene(eqx.Module):
     light: Light
     screen: Surface
     beams: tuple[str, ...] = eqx.field(static=True)
+    shield: Shield | None = None
+    collecting_lens: CollectingLens | None = None
 
     def __check_init__(self):
         if np.ndim(self.media) and len(self.media) != len(self.surfaces) + 1:
@@ -45,6 +50,8 @@ class Scene(eqx.Module):
         require("media", self.media, "positive refractive indices", positive)
         if is_concrete(self.screen.curvature) and np.any(np.asarray(self.screen.curvature) != 0):
             raise ValueError(f"screen.curvature is {self.screen.curvature}; allowed: 0, the screen is a plane")
+        if self.collecting_lens is not None and is_concrete(self.collecting_lens, self.screen):
+            check_focus(self.collecting_lens, self.screen, self.view)
 
     @property
     def view(self) -> str:
@@ -68,31 +75,19 @@ def choose_beams(
     """The scene with other beams, chosen among all with at most so many reflections, on its own side.
 
     Exactly one choice: the `number` strongest, all of at least an `energy` (fraction of the incident flux on the
-    axis), or by `names` ("direct", "R2-R1") or whole words.
+    axis), or by `names` ("direct", "R2-R1") or whole words, with any number of reflections.
 
     Raises ValueError for another number of choices, for an unknown name, for none left, and where the media are
     traced but the choice needs their values.
     """
     if sum(choice is not None for choice in (number, energy, names)) != 1:
         raise ValueError("choose_beams takes exactly one of number, energy and names")
+    if names is not None:
+        return replace(scene, beams=tuple(word_of(name, len(scene.surfaces)) for name in names))
     if not is_concrete(scene.media):
         raise ValueError("the media are traced, so that beam energies have no value yet; choose the beams outside")
     found = enumerate_beams(scene.media, scene.view, reflections)
-    if number is not None:
-        chosen = found[:number]
-    elif energy is not None:
-        chosen = tuple(beam for beam in found if beam.energy >= energy)
-    else:
-        chosen = tuple(_named(name, found) for name in names or ())
+    chosen = found[:number] if energy is None else tuple(beam for beam in found if beam.energy >= energy)
     if not chosen:
         raise ValueError(f"no beam is left of {len(found)}; the strongest has energy {found[0].energy:.3g}")
     return replace(scene, beams=tuple(beam.word for beam in chosen))
-
-
-def _named(name: str, found: tuple[Beam, ...]) -> Beam:
-    matches = [beam for beam in found if name in (beam.name, beam.word)]
-    if len(matches) != 1:
-        known = ", ".join(beam.name for beam in found[:8])
-        what = "is unknown" if not matches else "is the name of several beams: give the whole word"
-        raise ValueError(f"beam {name!r} {what}; the strongest are {known}")
-    return matches[0]

@@ -11,28 +11,21 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from newtonjax.aim import aim
-from newtonjax.camera import Camera, middle
+from newtonjax.camera import Camera
 from newtonjax.chebyshev import node_points
 from newtonjax.fields import arrivals, pairs
-from newtonjax.methods import AbstractMethod
+from newtonjax.meeting import Rule, Source, add_block, no_sums
+from newtonjax.methods import AbstractMethod, at_every_pixel
 from newtonjax.precision import require_concrete, x64
 from newtonjax.scene import Scene
-from newtonjax.surfaces import dot
-from newtonjax.trace import Landing, Setting, carry_field, gather, trace
-from newtonjax.turns import cos_turns, sin_turns
+from newtonjax.symmetry import spare_component
+from newtonjax.trace import gather
+from newtonjax.wavelets import pair_error
 
 # Nodes to a side at which the frame is aimed at, to find where on the source its light comes from.
 _FRAME = 9
-# What a pair of rays of one node comes to; the order is that of `Pairs`.
-_PAIRED, _APART, _OUTSIDE, _LOST = range(4)
-
-
-class Source(NamedTuple):
-    """A rectangular grid of nodes on the launch plane: the middle (u, v) [m], the step [m], nodes along u and v."""
-
-    middle: Float[Array | np.ndarray, "2"]
-    step: float | Float[Array, ""]
-    nodes: tuple[int, int]
+# Pixels at a time that are aimed at, to know which are lit.
+_LIT = 16384
 
 
 class Pairs(NamedTuple):
@@ -60,13 +53,16 @@ class Splatted(NamedTuple):
     - `unpaired` [rows, columns]: lit pixels without a pair, because the two rays of every node there land too far
       apart; no source step helps.
     - `pairs`: the counts; `source`: the grid of nodes.
+    - `error`: largest predicted phase error of its pairs [turns], from nodes over the frame: what the wavelets get
+      wrong in second order (see `newtonjax.wavelets`), and a quarter turn for each caustic that only one ray crossed.
     """
 
-    image: Float[Array, "rows columns"]
-    hits: Int[Array, "rows columns"]
-    unpaired: Bool[Array, "rows columns"]
+    image: Float[np.ndarray, "rows columns"]
+    hits: Int[np.ndarray, "rows columns"]
+    unpaired: Bool[np.ndarray, "rows columns"]
     pairs: Pairs
     source: Source
+    error: float
 
 
 class Splat(AbstractMethod):
@@ -76,8 +72,9 @@ class Splat(AbstractMethod):
     radii of spherical wavelets: each optical path is corrected by the distance from the last surface to C. The pair's
     intensity goes to the pixel that contains C, and a pixel shows the mean of its pairs: densities of rays do not
     count, caustics cost no phase, and more than two beams add as pairs. The error of the wavelets is of second order
-    in the pair's separation (Fermat). Differentiable for pairs that stay in their pixels: what a derivative leaves out
-    is that a moving ray changes pixels, which steps the image.
+    in the pair's separation (Fermat). Components of polarization are rays of their own, which do not interfere: the
+    same paths, and their intensities add. `spread` is differentiable for pairs that stay in their pixels: what a
+    derivative leaves out is that a moving ray changes pixels, which steps the image.
 
     - `step`: of the source's nodes [m]; None halves it, from a pixel's size on, until no lit pixel is empty.
     - `epsilon`: [m]; None is a pixel's diameter, its diagonal.
@@ -102,20 +99,21 @@ class Splat(AbstractMethod):
             if getattr(self, name) not in allowed:
                 raise ValueError(f"{name} is {getattr(self, name)!r}; allowed: {' or '.join(map(repr, allowed))}")
 
+    @property
+    def rule(self) -> Rule:
+        """Which pairs meet, and with which paths."""
+        return Rule(self.epsilon, self.pairing, self.path)
+
     def check(self, scene: Scene) -> None:
+        """A scene needs two beams; every part of it is honoured."""
         if len(scene.beams) < 2:
             raise ValueError("Splat cannot honour a scene of one beam: it shows pairs of rays; use Traced()")
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
-        require_concrete("Splat", scene, camera)
         found = splat(scene, camera, self)
-        if np.any(found.unpaired):
-            warnings.warn(
-                f"{int(found.unpaired.sum())} pixels are lit by pairs further apart than epsilon and were left at 0; "
-                "give Splat a larger epsilon, or use Traced()",
-                stacklevel=3,
-            )
-        return found.image
+        if found.unpaired.any():
+            warnings.warn(why_unpaired(found), stacklevel=3)
+        return jnp.asarray(found.image)
 
     def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
         del scene, camera
@@ -128,10 +126,12 @@ def splat(scene: Scene, camera: Camera, method: Splat | None = None) -> Splatted
     Raises ValueError where the budget of rays is reached before every lit pixel has a pair, and for traced values.
     """
     method = Splat() if method is None else method
-    require_concrete("splat", scene, camera)
+    require_concrete("Splat", scene, camera)
     method.check(scene)
+    scene = spare_component(scene)
     with x64():
-        low, high = _reach(scene, camera)
+        starts, found = _aims(scene, node_points(camera, _FRAME))
+        low, high = _reach(starts, found, camera)
         step = float(camera.pixel_size) if method.step is None else method.step
         lit = None
         while True:
@@ -140,15 +140,25 @@ def splat(scene: Scene, camera: Camera, method: Splat | None = None) -> Splatted
             if rays > method.budget:
                 raise ValueError(_over_budget(rays, method, step, lit))
             image, count, apart, fates = spread(scene, camera, method, source)
-            empty = np.asarray(count == 0) & np.asarray(apart == 0)
+            image, count, apart = (np.asarray(table) for table in (image, count, apart))
+            empty = (count == 0) & (apart == 0)
             if method.step is not None or not empty.any():
                 break
-            lit = _lit(scene, camera) if lit is None else lit
+            lit = np.asarray(_lit(scene, camera)) if lit is None else lit
             if not np.any(empty & lit):
                 break
             step /= 2
         tally = [int(n) for n in fates]
-        return Splatted(image, count, (count == 0) & (apart > 0), Pairs(sum(tally), *tally), source)
+        error = float(_error(scene, camera, method.rule, starts, found))
+        return Splatted(image, count, (count == 0) & (apart > 0), Pairs(sum(tally), *tally), source, error)
+
+
+def why_unpaired(found: Splatted) -> str:
+    """One line on the pixels that no step of the source can fill."""
+    return (
+        f"{int(found.unpaired.sum())} pixels are lit by pairs further apart than epsilon and were left at 0; "
+        "a larger epsilon pairs them, Traced needs no pairs"
+    )
 
 
 def _over_budget(rays: int, method: Splat, step: float, lit) -> str:
@@ -159,24 +169,23 @@ def _over_budget(rays: int, method: Splat, step: float, lit) -> str:
     )
 
 
-def _reach(scene: Scene, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
+@jax.jit
+def _aims(scene: Scene, points):
+    """Launch coordinates [beams, n, 2] of the rays that land on points of the screen, and whether there are any."""
+    routes, setting = gather(scene)
+    return jax.vmap(lambda route: jax.vmap(lambda point: aim(route, setting, point))(points))(routes)
+
+
+def _reach(starts, found, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
     """Corners of the part of the launch plane from which any beam lights the frame."""
-    starts, found = _aims(scene, node_points(camera, _FRAME))
-    starts, found = np.asarray(starts), np.asarray(found)
-    if not found.any():
+    inside = np.asarray(starts)[np.asarray(found)]
+    if not len(inside):
         raise ValueError(
             "no beam reaches the frame: there is nothing to render; check screen, centre_px and pixel_size"
         )
-    inside = starts[found]
-    # Half a pixel of margin at the nearest, which are the outermost pixels' middles.
+    # The nodes end short of the frame's edge: by 0.8 % of its width, and half a pixel.
     margin = float(camera.pixel_size) + 0.02 * np.ptp(inside, axis=0)
     return inside.min(axis=0) - margin, inside.max(axis=0) + margin
-
-
-@jax.jit
-def _aims(scene: Scene, points):
-    routes, setting = gather(scene)
-    return jax.vmap(lambda route: jax.vmap(lambda point: aim(route, setting, point))(points))(routes)
 
 
 def _grid(low: np.ndarray, high: np.ndarray, step: float) -> Source:
@@ -184,17 +193,32 @@ def _grid(low: np.ndarray, high: np.ndarray, step: float) -> Source:
     return Source((low + high) / 2, step, (nodes[0], nodes[1]))
 
 
-def _lit(scene: Scene, camera: Camera) -> np.ndarray:
+@jax.jit
+def _lit(scene: Scene, camera: Camera) -> Bool[Array, "rows columns"]:
     """Pixels that both beams of some pair reach."""
-    x, y = camera.axes()
     both = np.array(pairs(scene))
 
-    @jax.jit
-    def row(scene, y):
-        arrives = arrivals(scene, jnp.stack([x, jnp.full_like(x, y)], axis=1)).arrives
+    def lit(points):
+        arrives = arrivals(scene, points).arrives
         return (arrives[both[:, 0]] & arrives[both[:, 1]]).any(axis=0)
 
-    return np.stack([np.asarray(row(scene, value)) for value in y])
+    return at_every_pixel(lit, camera, _LIT)
+
+
+@partial(jax.jit, static_argnames="rule")
+def _error(scene: Scene, camera: Camera, rule: Rule, starts, found) -> Float[Array, ""]:
+    """Largest predicted phase error of the pairs within epsilon [turns]: see `Splatted`."""
+    routes, setting = gather(scene)
+    epsilon, worst = rule.reach(camera), jnp.zeros(())
+    crossed = arrivals(scene, node_points(camera, _FRAME)).quarter_turns
+    for j, k in pairs(scene):
+        first, second = (jax.tree.map(lambda leaf, b=b: leaf[b], routes) for b in (j, k))
+        pair = jax.vmap(pair_error, (None, None, None, 0))(first, second, setting, starts[j])
+        nearer = jnp.minimum(1.0, epsilon / jnp.where(pair.separation > 0, pair.separation, 1.0))
+        size = pair.raw * nearer if rule.path == "raw" else pair.wavelet * nearer**2
+        error = size / scene.wavelength + jnp.abs(crossed[k] - crossed[j]) / 4
+        worst = jnp.maximum(worst, jnp.where(found[j] & found[k] & pair.alive, error, 0.0).max())
+    return worst
 
 
 def spread(scene: Scene, camera: Camera, method: Splat, source: Source):
@@ -204,94 +228,11 @@ def spread(scene: Scene, camera: Camera, method: Splat, source: Source):
     """
     cells = camera.shape[0] * camera.shape[1]
     many = source.nodes[0] * source.nodes[1]
-    none = jnp.zeros(cells + 1, jnp.int32)
-    state = (jnp.zeros(cells + 1), none, none, jnp.zeros(len(Pairs._fields) - 1, int))
+    sums = no_sums(camera)
     # A power of two below a whole chunk: then few sizes are compiled.
     chunk = min(method.chunk, 1 << (many - 1).bit_length())
     for first in range(0, many, chunk):
-        state = _add_block(scene, camera, method, source, first, chunk, state)
-    total, count, apart, fates = state
+        sums = add_block(scene, camera, method.rule, source, first, chunk, sums)
+    total, count, apart, fates = sums
     image = jnp.where(count > 0, total / jnp.where(count > 0, count, 1).astype(float), 0.0)
     return *(table[:cells].reshape(camera.shape) for table in (image, count, apart)), fates
-
-
-@partial(jax.jit, static_argnames=("method", "chunk"))
-def _add_block(scene, camera, method, source, first, chunk, state):
-    """Add the pairs of one chunk of nodes to the sums; the last cell takes what does not count."""
-    total, count, apart, fates = state
-    nowhere = len(total) - 1
-    routes, setting = gather(scene)
-
-    def ray(route, start):
-        landing, legs = trace(route, setting, start)
-        return landing, carry_field(route, setting, legs)
-
-    def node(index):
-        along = jnp.stack([index % source.nodes[0], index // source.nodes[0]]).astype(float)
-        last = jnp.stack(source.nodes).astype(float) - 1
-        start = source.middle + (along - last / 2) * source.step
-        landings, fields = jax.vmap(ray, in_axes=(0, None))(routes, start)
-        found = [_meet(scene, camera, method, setting, landings, fields, j, k) for j, k in pairs(scene)]
-        return tuple(jnp.stack(values) for values in zip(*found, strict=True))
-
-    index = first + jnp.arange(chunk)
-    value, cell, fate = jax.vmap(node)(index)
-    fate = jnp.where((index < source.nodes[0] * source.nodes[1])[:, None], fate, -1)
-    paired, near = fate == _PAIRED, fate == _APART
-    at = jnp.where(paired, cell, nowhere)
-    return (
-        total.at[at].add(jnp.where(paired, value, 0.0)),
-        count.at[at].add(1),
-        apart.at[jnp.where(near, cell, nowhere)].add(1),
-        fates + jnp.stack([jnp.sum(fate == which) for which in range(len(fates))]),
-    )
-
-
-def _meet(scene, camera, method, setting, landings, fields, j: int, k: int):
-    """What two rays of one node make: intensity, cell of the midpoint, and fate."""
-    one, two = (jax.tree.map(lambda leaf, b=b: leaf[b], landings) for b in (j, k))
-    meeting, apart = (one.point + two.point) / 2, two.point - one.point
-    path = two.path - one.path if method.path == "raw" else wavelet_opd(setting, one, two)
-    turns = path / scene.wavelength
-    mutual = 2 * jnp.sum(fields[k] * jnp.conj(fields[j]))
-    both = sum(jnp.sum(fields[b].real ** 2 + fields[b].imag ** 2) for b in (j, k))
-    value = both + mutual.real * cos_turns(turns) - mutual.imag * sin_turns(turns)
-    alive = one.alive & two.alive
-    cell, inside = _cell(camera, jnp.where(alive, meeting, 0.0))
-    if method.pairing == "pixel":
-        cells = [_cell(camera, jnp.where(alive, ray.point, 0.0)) for ray in (one, two)]
-        close = (cells[0][0] == cells[1][0]) & cells[0][1] & cells[1][1]
-    else:
-        epsilon = jnp.sqrt(2.0) * camera.pixel_size if method.epsilon is None else method.epsilon
-        close = apart @ apart <= epsilon**2
-    fate = jnp.where(alive, jnp.where(inside, jnp.where(close, _PAIRED, _APART), _OUTSIDE), _LOST)
-    return jnp.where(alive, value, 0.0), cell, fate
-
-
-def _cell(camera: Camera, point: Float[Array, "2"]) -> tuple[Int[Array, ""], Bool[Array, ""]]:
-    """Index of the pixel that holds a point of the screen, and whether there is one."""
-    rows, columns = camera.shape
-    centre = jnp.asarray(middle(camera.shape) if camera.centre_px is None else camera.centre_px)
-    x, y = jax.lax.stop_gradient(jnp.round(point / camera.pixel_size + centre))
-    inside = (x >= 0) & (x < columns) & (y >= 0) & (y < rows)
-    return jnp.where(inside, y * columns + x, 0.0).astype(int), inside
-
-
-def wavelet_opd(setting: Setting, one: Landing, two: Landing) -> Float[Array, ""]:
-    """Optical path difference of two rays at the midpoint of their landing points [m], the second's minus the first's.
-
-    Each path is taken to the midpoint along a spherical wavelet about the ray's last surface point (section 3).
-    """
-    meeting = (one.point + two.point) / 2
-    return two.path + _longer(setting, two, meeting) - one.path - _longer(setting, one, meeting)
-
-
-def _longer(setting: Setting, landing: Landing, meeting: Float[Array, "2"]) -> Float[Array, ""]:
-    """By how much the optical path from the last surface to the meeting point exceeds that to the landing point [m]."""
-    _, across_x, across_y, _ = setting.screen
-    away = meeting - landing.point
-    shift = away[0] * across_x + away[1] * across_y
-    segment = landing.length * landing.direction
-    length = jnp.sqrt(dot(segment + shift, segment + shift))
-    grown = (dot(shift, shift) + 2 * dot(segment, shift)) / (length + jnp.abs(landing.length))
-    return setting.exit_index * jnp.sign(landing.length) * grown

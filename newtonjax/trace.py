@@ -8,6 +8,7 @@ from jaxtyping import Array, Bool, Complex, Float, Int
 
 from newtonjax.beams import REFLECT, REST, exit_medium, itinerary, tables
 from newtonjax.fresnel import complex_cosine, reflect_field, refract, transmit_field
+from newtonjax.imaging import imaged_plane
 from newtonjax.light import field_at_launch, launch_frame
 from newtonjax.scene import Scene
 from newtonjax.surfaces import Direction, dot, frame, intersect
@@ -25,12 +26,23 @@ class Route(NamedTuple):
 
 
 class Setting(NamedTuple):
-    """What all beams share: launch and screen frames (origin, x, y, z), launched field, index at the screen."""
+    """What all beams share.
+
+    Launch frame, and frame of the plane that is imaged on the screen (origin, x, y, z); the magnification (1 without a
+    collecting lens); the launched field; the index at the screen; centre, axis and radius of a shield's hole, or None.
+    """
 
     launch: tuple[Array, Array, Array, Array]
     screen: tuple[Array, Array, Array, Array]
+    magnification: Float[Array, ""]
     field: Complex[Array, "3 polarizations"]
     exit_index: Float[Array, ""]
+    hole: tuple[Array, Array, Array] | None
+
+    def across(self) -> Float[Array, "2 3"]:
+        """By how much the point moves in space that is seen one metre further along the screen's x and y."""
+        _, x, y, _ = self.screen
+        return jnp.stack([x, y]) / self.magnification
 
 
 class Ray(NamedTuple):
@@ -52,7 +64,10 @@ class Leg(NamedTuple):
 
 
 class Landing(NamedTuple):
-    """Where a ray meets the screen: coordinates on it [m], direction, optical path [m], the last signed length."""
+    """Where a ray meets the plane that is imaged on the screen.
+
+    Coordinates on the screen [m], direction, optical path [m], the last surface point and the signed length from it.
+    """
 
     point: Float[Array, "2"]
     direction: Float[Array, "3"]
@@ -80,13 +95,33 @@ def gather(scene: Scene) -> tuple[Route, Setting]:
         media[table["beyond"]],
         jnp.asarray(table["action"]),
     )
+    origin, magnification = imaged_plane(scene)
     setting = Setting(
         _frame_at(vertex[0], launch_frame(scene.light)),
-        _frame_at(scene.screen.vertex, frame(scene.screen.tilt)),
+        _frame_at(origin, frame(scene.screen.tilt)),
+        jnp.asarray(magnification, dtype=float),
         field_at_launch(scene.light),
         media[exit_medium(itinerary(scene.beams[0], len(scene.surfaces)), len(scene.surfaces))],
+        _hole(scene),
     )
     return routes, setting
+
+
+def _hole(scene: Scene):
+    shield = scene.shield
+    if shield is None:
+        return None
+    return jnp.asarray(shield.vertex), jnp.asarray(frame(shield.tilt)[2]), jnp.asarray(shield.radius, dtype=float)
+
+
+def _passes(setting: Setting, ray: Ray) -> Bool[Array, ""]:
+    """Whether the straight line on which a ray leaves goes through the hole of the shield, if there is one."""
+    if setting.hole is None:
+        return ray.alive
+    centre, axis, radius = setting.hole
+    offset = ray.position - centre
+    point = offset - dot(axis, offset) / dot(axis, ray.direction) * ray.direction
+    return ray.alive & (dot(point, point) <= radius * radius)
 
 
 def _frame_at(origin, directions: tuple[Direction, Direction, Direction]) -> tuple[Array, Array, Array, Array]:
@@ -124,10 +159,10 @@ def trace(route: Route, setting: Setting, start: Float[Array, "2"]) -> tuple[Lan
     length = -dot(screen_z, offset) / dot(screen_z, ray.direction)
     point = offset + length * ray.direction
     landing = Landing(
-        jnp.stack([dot(screen_x, point), dot(screen_y, point)]),
+        setting.magnification * jnp.stack([dot(screen_x, point), dot(screen_y, point)]),
         ray.direction,
         ray.path + setting.exit_index * length,
-        ray.alive,
+        _passes(setting, ray),
         ray.position,
         length,
     )

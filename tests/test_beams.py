@@ -93,7 +93,7 @@ def test_beams_are_chosen_by_number_energy_or_name():
     [
         ({}, "exactly one of number, energy and names"),
         ({"number": 2, "energy": 0.1}, "exactly one of number, energy and names"),
-        ({"names": ("R9-R8",)}, "'R9-R8' is unknown; the strongest are direct"),
+        ({"names": ("R9-R8",)}, "'R9-R8' is unknown: light leaves the stack of 4 surfaces before it meets R9"),
         ({"energy": 2.0}, "no beam is left of 7; the strongest has energy 0.849"),
     ],
 )

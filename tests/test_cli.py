@@ -11,6 +11,7 @@ import jax
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from shell import refusal
 
 import fitting
 import newtonjax as nj
@@ -21,16 +22,6 @@ KEYS = [
     *("status", "message", "radius_m", "radius_sd_m", "radius_interval_m", "radius_sd_noise_m", "fringe_scale_per_px2"),
     *("centre_px", "gap_m", "contact_radius_m", "explained_variance", "budget", "warnings", "model", "seconds"),
 ]
-
-
-def refusal(capsys, *arguments) -> str:
-    """The one line on stderr with which the command refuses wrong usage."""
-    assert main([str(argument) for argument in arguments]) == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    assert printed.err.startswith("newtonjax: ")
-    assert printed.err.count("\n") == 1
-    return printed.err
 
 
 # Usage
@@ -54,13 +45,18 @@ def refusal(capsys, *arguments) -> str:
         (("render", "sideways", "--output", "a.png"), "transmitted, reflected, wedge"),
         (("render", "none.toml", "--output", "a.png"), "none.toml is no file"),
         (("render", "none.toml", "--output", "a.png", "--radius", "1m"), "the file gives the scene"),
-        (("render", "wedge", "--output", "a.png", "--radius", "1m"), "--angle, --gap, --screen"),
-        (("render", "reflected", "--output", "a.png", "--angle", "1mrad"), "--radius, --gap, --screen"),
+        (("render", "wedge", "--output", "a.png", "--radius", "1m"), "it has --angle, --gap"),
+        (("render", "reflected", "--output", "a.png", "--angle", "1mrad"), "it has --radius, --gap"),
         (("render", "reflected", "--output", "a.png", "--radius", "0m"), "non-zero radius"),
         (("render", "reflected", "--output", "a.png", "--shape", "1024"), "ROWSxCOLUMNS"),
         (("render", "reflected", "--output", "a.png", "--tolerance", "0"), "tolerance is 0.0"),
         (("render", "reflected", "--output", "a.png", "--method", "closed-form"), "focused on the gap"),
         (("render", "reflected", "--output", "a.png", "--method", "traced", "--nodes", "5"), "--nodes"),
+        (("render", "reflected", "--output", "a.png", "--method", "traced", "--epsilon", "5um"), "--epsilon"),
+        (("render", "reflected", "--output", "a.png", "--beams", "R1,R7"), "beam 'R7' is unknown"),
+        (("render", "reflected", "--output", "a.png", "--beams", "R1,"), "ends inside the stack"),
+        (("render", "reflected", "--output", "a.png", "--beams", "R1", "--method", "splat"), "a scene of one beam"),
+        (("render", "reflected", "--output", "a.png", "--collecting-lens", "1m"), "a quarter of the way"),
     ],
 )
 def test_wrong_usage_is_refused_in_one_line(capsys, tmp_path, monkeypatch, arguments, said):
@@ -78,75 +74,6 @@ def test_version_is_the_packages(capsys):
 def test_each_verb_explains_itself(capsys, verb):
     assert main([verb, "--help"]) == 0
     assert "--force" in capsys.readouterr().out
-
-
-# Render
-
-
-def decoded(path):
-    codes = imageio.imread(path)
-    if codes.dtype == np.uint16:
-        return codes / 65535
-    value = codes / 255
-    return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
-
-
-@pytest.mark.parametrize(("bits", "step"), [(16, 0.5 / 65535), (8, 0.6 * 2.4 / 255)])
-def test_a_rendered_file_reads_back_as_linear_light(capsys, tmp_path, bits, step):
-    path = tmp_path / "rings.png"
-    options = f"--radius 2m --wavelength 500nm --shape 48x64 --nodes 5 --bits {bits} --output {path}"
-    assert main(["render", "transmitted", *options.split()]) == 0
-    scene = nj.newton_rings(2.0, 500e-9)
-    truth = np.asarray(nj.render(scene, nj.Camera((48, 64), 5e-6), nj.Chebyshev(5)))
-    assert np.abs(decoded(path) - truth / truth.max()).max() <= step * 1.001
-    said = capsys.readouterr().out
-    assert f"white is {truth.max():.6g} of the incident irradiance" in said
-    assert "Chebyshev, 5 x 5 nodes" in said
-    assert "turns" in said
-
-
-def test_an_exposure_is_a_photograph_that_a_seed_repeats(capsys, tmp_path):
-    for name, seed in (("a", 1), ("b", 1), ("c", 2)):
-        options = f"--expose --seed {seed} --shape 48x64 --nodes 5 --output {tmp_path / name}.png"
-        assert main(["render", "transmitted", *options.split()]) == 0
-    a, b, c = (imageio.imread(tmp_path / f"{name}.png") for name in "abc")
-    assert np.array_equal(a, b)
-    assert not np.array_equal(a, c)
-    assert "read noise of 5, seed 2" in capsys.readouterr().out
-
-
-def test_a_scene_file_renders_as_its_preset_and_keeps_its_camera(capsys, tmp_path):
-    scene, path = tmp_path / "scene.toml", tmp_path / "rings.png"
-    nj.save_scene(scene, nj.newton_rings(2.0, 500e-9), nj.Camera((48, 64), 5e-6))
-    assert main(["render", str(scene), "--nodes", "5", "--output", str(path)]) == 0
-    options = f"--radius 2m --wavelength 500nm --shape 48x64 --nodes 5 --output {tmp_path / 'preset.png'}"
-    assert main(["render", "transmitted", *options.split()]) == 0
-    assert path.read_bytes() == (tmp_path / "preset.png").read_bytes()
-    assert "is what the command reads" in refusal(capsys_cleared(capsys), "render", scene, "-o", png_named(scene))
-
-
-def capsys_cleared(capsys):
-    capsys.readouterr()
-    return capsys
-
-
-def png_named(scene):
-    """A name that ends in .png and is the scene file."""
-    link = scene.with_suffix(".png")
-    link.symlink_to(scene)
-    return link
-
-
-def test_a_method_that_misses_the_tolerance_is_refused(capsys, tmp_path):
-    options = f"--nodes 3 --tolerance 1e-9 --shape 48x64 --output {tmp_path / 'a.png'}"
-    assert "is over --tolerance" in refusal(capsys, "render", "transmitted", *options.split())
-
-
-def test_existing_pictures_stay_without_force(capsys, tmp_path):
-    path = tmp_path / "rings.png"
-    path.write_text("mine")
-    assert "--force" in refusal(capsys, "render", "reflected", "--output", path)
-    assert path.read_text() == "mine"
 
 
 # Fit: the shell around it, with an answer put in its place
@@ -212,9 +139,7 @@ def test_a_scene_file_gives_what_was_not_given(fitted, tmp_path, capsys):
     assert (first["wavelength"], first["pixel_size"], first["view"]) == (500e-9, 5e-6, "transmitted")
     assert first["scene"].beams == bench.beams
     assert second["wavelength"] == pytest.approx(589.1583e-9, rel=5e-6)
-    assert "leave --view out" in refusal(
-        capsys_cleared(capsys), "fit", fitted.photo, "--scene", scene, "--view", "reflected"
-    )
+    assert "leave --view out" in refusal(capsys, "fit", fitted.photo, "--scene", scene, "--view", "reflected")
 
 
 @pytest.mark.parametrize(("status", "code"), [("ok", 0), ("no-scale", 0), ("refused", 3), ("not-converged", 4)])
@@ -239,7 +164,7 @@ def test_the_folder_gets_picture_report_and_answer_once(fitted, tmp_path, capsys
     arguments = ["fit", fitted.photo, "--output-dir", str(folder)]
     assert main(arguments) == 0
     assert sorted(path.name for path in folder.iterdir()) == ["report.txt", "result.json", "result.png"]
-    assert "--force" in refusal(capsys_cleared(capsys), *arguments)
+    assert "--force" in refusal(capsys, *arguments)
     assert len(fitted.calls) == 1  # refused before the fit
     assert main([*arguments, "--force"]) == 0
 

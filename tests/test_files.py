@@ -33,6 +33,13 @@ def test_presets_come_back_from_their_files_to_the_last_bit(tmp_path, view, pola
     )
     assert_round_trip(tmp_path / "scene.toml", scene, nj.Camera((3, 4), 1e-6 / 7, (0.1, -2e9), bits=12))
     assert_round_trip(tmp_path / "wedge.toml", nj.air_wedge(1e-4 / 3, view=view))
+    scene = nj.newton_rings(1 / 3, view=view, screen=4 / 3, shield=1e-3 / 3, collecting_lens=0.1 / 3)
+    assert_round_trip(tmp_path / "lens.toml", scene)
+    (tmp_path / "bench.toml").write_text(
+        f'[newton_rings]\nradius = {1 / 3}\nview = "{view}"\nscreen = {4 / 3}\nshield = {1e-3 / 3}\n'
+        f"collecting_lens = {0.1 / 3}\n"
+    )
+    assert_same(nj.load_scene(tmp_path / "bench.toml")[0], scene)
 
 
 FLOATS = st.floats(allow_nan=False, allow_infinity=False)
@@ -53,15 +60,20 @@ CAMERAS = st.tuples(
 @given(
     surfaces=st.tuples(SURFACES, SURFACES),
     media=st.tuples(POSITIVE, POSITIVE, POSITIVE),
-    light=st.tuples(POSITIVE, TWO, st.none() | FLOATS),
+    light=st.tuples(POSITIVE, TWO, st.none())
+    | st.tuples(POSITIVE, TWO, FLOATS, st.none() | st.floats(-0.785, 0.785), st.none() | st.floats(0, 1)),
     screen=st.tuples(st.just(0.0), THREE, TWO),
     beams=st.sampled_from([("T0 T1",), ("T0 T1", "T0 R1 R0 T1"), ("R0",)]),
+    shield=st.none() | st.tuples(POSITIVE, THREE, TWO),
     camera=st.none() | CAMERAS,
 )
 def test_every_scene_and_camera_comes_back_to_the_last_bit(
-    tmp_path_factory, surfaces, media, light, screen, beams, camera
+    tmp_path_factory, surfaces, media, light, screen, beams, shield, camera
 ):
-    scene = nj.Scene(tuple(nj.Surface(*s) for s in surfaces), media, nj.Light(*light), nj.Surface(*screen), beams)
+    scene = nj.Scene(
+        tuple(nj.Surface(*s) for s in surfaces), media, nj.Light(*light), nj.Surface(*screen), beams,
+        None if shield is None else nj.Shield(*shield),
+    )  # fmt: skip
     path = tmp_path_factory.getbasetemp() / "any.toml"
     assert_round_trip(path, scene, None if camera is None else nj.Camera(*camera))
 

@@ -277,5 +277,5 @@ def received_flux(scene, beam, disc, r, weight, spokes=POINTS):
     routes, setting = gather(scene)
     found = _arrive_at(jax.tree.map(lambda leaf: leaf[beam], routes), setting, jnp.asarray(points.reshape(-1, 2)))
     assert found.arrives.all()
-    irradiance = (np.abs(np.asarray(found.field)) ** 2).sum(axis=(1, 2)).reshape(len(r), spokes)
-    return np.sum(weight[:, None] * r[:, None] * irradiance * stretch) * 2 * np.pi / spokes
+    received = (np.abs(np.asarray(found.field)) ** 2).sum(axis=1).mean(axis=1).reshape(len(r), spokes)  # unpolarized
+    return np.sum(weight[:, None] * r[:, None] * received * stretch) * 2 * np.pi / spokes

@@ -10,8 +10,8 @@ import pytest
 
 import newtonjax as nj
 from newtonjax.fields import opd_at
-from newtonjax.splatting import wavelet_opd
 from newtonjax.trace import gather, trace
+from newtonjax.wavelets import pair_error, wavelet_opd
 
 CAMERA = nj.Camera((48, 40), 5e-6, centre_px=(15.0, 20.0))
 VIEWS = ("transmitted", "reflected")
@@ -56,29 +56,11 @@ def separations(scene, starts):
 
 @jax.jit
 def predicted(scene, starts):
-    """Second order of the wavelets' error [m]: half the separation's square times what curvature they get wrong."""
+    """Second order of the wavelets' error and the separation [m]."""
     routes, setting = gather(scene)
-    _, screen_x, screen_y, _ = setting.screen
-    across = jnp.stack([screen_x, screen_y])
-
-    def on_screen(landing):
-        return landing.point, across @ landing.direction
-
-    def one_beam(route, start):
-        landing, _ = trace(route, setting, start)
-        # The gradient of the path over the screen is the direction along it; its derivative is the true curvature.
-        d_point, d_slope = jax.jacfwd(lambda s: on_screen(trace(route, setting, s)[0]))(start)
-        true = d_slope @ jnp.linalg.inv(d_point)
-        slope = across @ landing.direction
-        sphere = (across @ across.T - jnp.outer(slope, slope)) / landing.length
-        return landing.point, setting.exit_index * (true - sphere)
-
-    def node(start):
-        points, wrong = jax.vmap(one_beam, in_axes=(0, None))(routes, start)
-        away = (points[1] - points[0]) / 2
-        return jnp.abs(away @ (wrong[1] - wrong[0]) @ away) / 2, jnp.linalg.norm(2 * away)
-
-    return jax.vmap(node)(starts)
+    one, two = (jax.tree.map(lambda leaf, b=b: leaf[b], routes) for b in (0, 1))
+    pair = jax.vmap(pair_error, (None, None, None, 0))(one, two, setting, starts)
+    return pair.wavelet, pair.separation
 
 
 def test_error_of_the_wavelets_is_the_predicted_second_order_one_on_random_benches():
