@@ -22,6 +22,7 @@ _HOME = {
     "cos_turns": "turns",
     "enumerate_beams": "beams",
     "load_scene": "files",
+    "meeting_height": "localization",
     "newton_rings": "benches",
     "opd": "rendering",
     "plan": "planning",

@@ -1,0 +1,47 @@
+"""Where two rays of one source point meet: the plane in which an extended source shows their fringes."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from newtonjax.beams import word_of
+from newtonjax.precision import require_concrete, x64
+from newtonjax.scene import Scene
+from newtonjax.trace import gather, trace
+
+
+def meeting_height(scene: Scene, first: str, second: str, start: tuple[float, float] = (0.0, 0.0)) -> float:
+    """Z at which two beams' rays from one launch point meet, or come nearest, drawn on past their last surfaces [m].
+
+    The plane of localization of their fringes (Born and Wolf, Principles of Optics, section 7.5.3); what stands between
+    bench and screen does not matter. Infinite for parallel rays: fringes of equal inclination.
+
+    Args:
+      scene: its own beams do not count.
+      first, second: words, or names as in `choose_beams`; both leave on one side.
+      start: launch point (u, v) on the plane across the light through the first vertex [m].
+
+    Raises ValueError for an unknown name, for rays that never leave, and for traced values.
+
+    """
+    require_concrete("meeting_height", scene)
+    words = tuple(word_of(name, len(scene.surfaces)) for name in (first, second))
+    bare = Scene(scene.surfaces, scene.media, scene.light, scene.screen, words)
+    with x64():
+        landing = _rays(bare, jnp.asarray(start))
+    if not np.all(landing.alive):
+        raise ValueError(f"the rays of {first} and {second} from {start} m do not both leave the stack; move the start")
+    (p, q), (d, e) = np.asarray(landing.position), np.asarray(landing.direction)
+    # Of the points p + t d and q + s e, the nearest: the difference is normal to both rays.
+    across = np.cross(d, e)
+    if across @ across < 1e-24:  # parallel to 1e-12 rad, which is the rounding of a trace
+        return np.inf
+    t = np.cross(q - p, e) @ across / (across @ across)
+    s = np.cross(q - p, d) @ across / (across @ across)
+    return float((p + t * d)[2] + (q + s * e)[2]) / 2
+
+
+@jax.jit
+def _rays(scene: Scene, start):
+    routes, setting = gather(scene)
+    return jax.vmap(lambda route: trace(route, setting, start)[0])(routes)
