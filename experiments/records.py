@@ -1,0 +1,34 @@
+"""What every experiment shares: its options, and the files that it leaves in experiments/results."""
+
+import argparse
+import json
+from pathlib import Path
+
+import jax
+
+RESULTS = Path(__file__).parent / "results"
+
+
+def arguments(doc: str, quick: str) -> argparse.Namespace:
+    """The command line: `--quick` (what it leaves out). Sets float64."""
+    parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help=quick)
+    jax.config.update("jax_enable_x64", True)
+    return parser.parse_args()
+
+
+def save(name: str, table, figure=None, dpi: int = 100) -> None:
+    """Write NAME.json, and NAME.png where there is a figure."""
+    RESULTS.mkdir(exist_ok=True)
+    (RESULTS / f"{name}.json").write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
+    if figure is not None:
+        figure.savefig(RESULTS / f"{name}.png", dpi=dpi)
+
+
+def show(axes, image, title: str, pixel_size: float, white: float | None = None) -> None:
+    """An image in millimetres about its middle, black at 0 and white at its peak or at `white`."""
+    half_y, half_x = (n * pixel_size / 2 * 1e3 for n in image.shape)
+    extent = (-half_x, half_x, half_y, -half_y)
+    axes.imshow(image, cmap="gray", vmin=0, vmax=image.max() if white is None else white, extent=extent)
+    axes.set_title(title, fontsize=9)
+    axes.tick_params(labelsize=7)
