@@ -53,8 +53,9 @@ def compare(photograph: Path, wavelength: float, pixel_size: float) -> tuple[dic
         "residual_rms": float(np.sqrt(np.mean(used[result.picture.weights > 0] ** 2))),
         "photograph_sd": float(np.std(seen[result.picture.weights > 0])),
     }
-    figure = Figure(figsize=(11, 4), layout="constrained")
-    pictures = {"photograph": seen, "rendered from its fit": fitted, "photograph less image": used}
+    figure = Figure(figsize=(12, 4), layout="constrained")
+    shown = np.where(result.picture.weights > 0, fitted, 0.0)
+    pictures = {"photograph": seen, "rendered from its fit": shown, "photograph less image": used}
     for axes, (title, picture) in zip(figure.subplots(1, 3), pictures.items(), strict=True):
         low, high = (-0.5, 0.5) if picture is used else (0.0, 1.0)
         drawn = axes.imshow(picture[window], cmap="gray", vmin=low, vmax=high)
@@ -79,7 +80,7 @@ def main() -> None:
     lensed = table["shield, lens (f = 0.1 m), screen 1 m away"]
     assert abs(lensed["dark_share"] - (1 - np.pi * 0.16)) < 0.02, "the shield's hole is not seen at its size"
     if not options.quick:
-        figure = Figure(figsize=(8, 4), layout="constrained")
+        figure = Figure(figsize=(8, 4.3), layout="constrained")
         for axes, (name, image) in zip(figure.subplots(1, 2), images.items(), strict=True):
             records.show(axes, image, name, benches(600)[name][1].pixel_size)
         if options.photograph.is_file():

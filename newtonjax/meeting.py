@@ -12,7 +12,7 @@ from newtonjax.camera import Camera, middle
 from newtonjax.fields import pairs
 from newtonjax.light import irradiance, mutual
 from newtonjax.scene import Scene
-from newtonjax.trace import carry_field, gather, trace
+from newtonjax.trace import Landing, Setting, carry_field, gather, trace
 from newtonjax.turns import cos_turns, sin_turns
 from newtonjax.wavelets import wavelet_opd
 
@@ -38,6 +38,11 @@ class Rule(NamedTuple):
     def reach(self, camera: Camera):
         """How far apart two rays of a pair may land [m]."""
         return jnp.sqrt(2.0) * camera.pixel_size if self.epsilon is None else self.epsilon
+
+    def opd(self, setting: Setting, one: Landing, two: Landing):
+        """The pair's path difference, where the two meet on the screen, and how far apart they land [m]."""
+        opd = two.path - one.path if self.path == "raw" else wavelet_opd(setting, one, two)
+        return opd, (one.point + two.point) / 2, jnp.linalg.norm(two.point - one.point)
 
 
 class Sums(NamedTuple):
@@ -93,9 +98,8 @@ def add_block(scene: Scene, camera: Camera, rule: Rule, source: Source, first, c
 def _meet(scene, camera, rule, setting, landings, fields, j: int, k: int):
     """What two rays of one node make: intensity, cell of the midpoint, and fate."""
     one, two = (jax.tree.map(lambda leaf, b=b: leaf[b], landings) for b in (j, k))
-    meeting, apart = (one.point + two.point) / 2, two.point - one.point
-    path = two.path - one.path if rule.path == "raw" else wavelet_opd(setting, one, two)
-    turns = path / scene.wavelength
+    opd, meeting, apart = rule.opd(setting, one, two)
+    turns = opd / scene.wavelength
     envelope = mutual(scene.light, fields[j], fields[k])
     both = irradiance(scene.light, fields[j]) + irradiance(scene.light, fields[k])
     value = both + envelope.real * cos_turns(turns) - envelope.imag * sin_turns(turns)
@@ -105,7 +109,7 @@ def _meet(scene, camera, rule, setting, landings, fields, j: int, k: int):
         cells = [_cell(camera, jnp.where(alive, ray.point, 0.0)) for ray in (one, two)]
         close = (cells[0][0] == cells[1][0]) & cells[0][1] & cells[1][1]
     else:
-        close = apart @ apart <= rule.reach(camera) ** 2
+        close = apart <= rule.reach(camera)
     fate = jnp.where(alive, jnp.where(inside, jnp.where(close, _PAIRED, _APART), _OUTSIDE), _LOST)
     return jnp.where(alive, value, 0.0), cell, fate
 

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from newtonjax.aim import aim
+from newtonjax.aim import aim, arrive
 from newtonjax.camera import Camera
 from newtonjax.chebyshev import node_points
 from newtonjax.fields import arrivals, pairs
@@ -19,8 +19,7 @@ from newtonjax.methods import AbstractMethod, at_every_pixel
 from newtonjax.precision import require_concrete, x64
 from newtonjax.scene import Scene
 from newtonjax.symmetry import spare_component
-from newtonjax.trace import gather
-from newtonjax.wavelets import pair_error
+from newtonjax.trace import gather, trace
 
 # Nodes to a side at which the frame is aimed at, to find where on the source its light comes from.
 _FRAME = 9
@@ -53,8 +52,8 @@ class Splatted(NamedTuple):
     - `unpaired` [rows, columns]: lit pixels without a pair, because the two rays of every node there land too far
       apart; no source step helps.
     - `pairs`: the counts; `source`: the grid of nodes.
-    - `error`: largest predicted phase error of its pairs [turns], from nodes over the frame: what the wavelets get
-      wrong in second order (see `newtonjax.wavelets`), and a quarter turn for each caustic that only one ray crossed.
+    - `error`: largest phase error of its pairs [turns], against rays that are aimed at the meeting points of a grid
+      of nodes over the frame; with a quarter turn for each caustic that only one of the two rays crossed.
     """
 
     image: Float[np.ndarray, "rows columns"]
@@ -207,17 +206,25 @@ def _lit(scene: Scene, camera: Camera) -> Bool[Array, "rows columns"]:
 
 @partial(jax.jit, static_argnames="rule")
 def _error(scene: Scene, camera: Camera, rule: Rule, starts, found) -> Float[Array, ""]:
-    """Largest predicted phase error of the pairs within epsilon [turns]: see `Splatted`."""
+    """Largest phase error of the pairs within epsilon [turns]: see `Splatted`."""
     routes, setting = gather(scene)
-    epsilon, worst = rule.reach(camera), jnp.zeros(())
-    crossed = arrivals(scene, node_points(camera, _FRAME)).quarter_turns
+
+    def wrong(first, second, start):
+        one, two = trace(first, setting, start)[0], trace(second, setting, start)[0]
+        opd, meeting, apart = rule.opd(setting, one, two)
+        exact_1, exact_2 = arrive(first, setting, meeting), arrive(second, setting, meeting)
+        error = jnp.abs(opd - exact_2.path + exact_1.path) / scene.wavelength
+        # Pairs further apart than epsilon do not count; nearer ones there err less, by the order of the error.
+        nearer = jnp.minimum(1.0, rule.reach(camera) / jnp.where(apart > 0, apart, 1.0))
+        error = error * nearer ** (1 if rule.path == "raw" else 2)
+        error = error + jnp.abs(exact_2.quarter_turns - exact_1.quarter_turns) / 4
+        return jnp.where(one.alive & two.alive & exact_1.arrives & exact_2.arrives, error, 0.0)
+
+    worst = jnp.zeros(())
     for j, k in pairs(scene):
         first, second = (jax.tree.map(lambda leaf, b=b: leaf[b], routes) for b in (j, k))
-        pair = jax.vmap(pair_error, (None, None, None, 0))(first, second, setting, starts[j])
-        nearer = jnp.minimum(1.0, epsilon / jnp.where(pair.separation > 0, pair.separation, 1.0))
-        size = pair.raw * nearer if rule.path == "raw" else pair.wavelet * nearer**2
-        error = size / scene.wavelength + jnp.abs(crossed[k] - crossed[j]) / 4
-        worst = jnp.maximum(worst, jnp.where(found[j] & found[k] & pair.alive, error, 0.0).max())
+        error = jax.vmap(wrong, (None, None, 0))(first, second, starts[j])
+        worst = jnp.maximum(worst, jnp.where(found[j] & found[k], error, 0.0).max())
     return worst
 
 

@@ -60,7 +60,7 @@ def predicted(scene, starts):
     routes, setting = gather(scene)
     one, two = (jax.tree.map(lambda leaf, b=b: leaf[b], routes) for b in (0, 1))
     pair = jax.vmap(pair_error, (None, None, None, 0))(one, two, setting, starts)
-    return pair.wavelet, pair.separation
+    return pair.error, pair.separation
 
 
 def test_error_of_the_wavelets_is_the_predicted_second_order_one_on_random_benches():
