@@ -7,7 +7,7 @@ export NEWTONJAX_SHARED := $(abspath $(NEWTONJAX_SHARED))
 BIN := .venv/bin
 READY := .venv/ready
 
-.PHONY: demo test lint lock clean
+.PHONY: demo test lint experiments lock clean
 
 demo: $(READY)
 	$(BIN)/newtonjax demo --output-dir newtonjax-demo --force
@@ -19,6 +19,12 @@ lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/basedpyright --pythonpath $(BIN)/python
+
+# Every table and figure of experiments/results again; the paper's table last, from what the others left.
+CLAIMS := accuracy scatter benches likelihood benchmark wavelets figure4 figure6 figure7 figure10 textbook methods paper pictures
+
+experiments: $(READY)
+	set -e; for claim in $(CLAIMS); do echo "== $$claim"; $(BIN)/python experiments/$$claim.py; done
 
 $(READY): requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit("newtonjax needs Python 3.11 or later, and $(PYTHON) is " + sys.version.split()[0] + "; name another one: make PYTHON=python3.12 ...")'

@@ -47,7 +47,7 @@ def main() -> None:
         }  # fmt: skip
         # The paper counts the pixel in whose middle the apex lies as half a one: its pixels are ours and a half.
         table["ours"][f"ring {order}"] = {
-            "paper's pixel": float(between[order - 1] + 0.5),
+            "pixel, counted as the paper does": float(between[order - 1] + 0.5),
             "whole pixel": int(np.floor(between[order - 1] + 0.5)),
             "radius_whole_pixel_m": textbook(order, (np.floor(between[order - 1] + 0.5) - 0.5) * PIXEL),
             "radius_between_pixels_m": textbook(order, between[order - 1] * PIXEL),
