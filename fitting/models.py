@@ -150,12 +150,14 @@ def change(scene: Scene, quantity: str, factor, face: int) -> Scene:
 
 
 def raise_lens(scene: Scene, height) -> Scene:
-    """The scene with everything above its gap raised [m], the screen too if it stands there."""
+    """The scene with everything above its gap raised [m]: screen, shield and collecting lens too if they are there."""
     up = jnp.array([0.0, 0.0, 1.0]) * height
     upper = required_gap(scene)
 
     def moved(s: Scene):
         parts = [s.surfaces[k].vertex for k in range(upper + 1)]
-        return [*parts, s.screen.vertex] if s.view == "reflected" else parts
+        if s.view == "transmitted":
+            return parts
+        return [*parts, s.screen.vertex, *(part.vertex for part in (s.shield, s.collecting_lens) if part is not None)]
 
     return eqx.tree_at(moved, scene, [vertex + up for vertex in moved(scene)])

@@ -1,5 +1,7 @@
 """Where to start the fit of a traced bench: its numbers that make the phase that the gap formula has found."""
 
+from dataclasses import replace
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -8,6 +10,7 @@ from fitting.models import Frame, SceneModel, as_arrays, change, curved_surface,
 from fitting.quantity import Quantities
 from newtonjax.fields import fields_at
 from newtonjax.gap import required_gap
+from newtonjax.imaging import imaged_plane
 from newtonjax.scene import Scene
 
 _ROUNDS = 20
@@ -37,12 +40,14 @@ def scene_start(scene: Scene, known: Quantities, frame: Frame, gap: np.ndarray, 
     place, rise = gap[1:3], 0.0
     if "centre_px" in fixed:
         place = [(c - m) / frame.unit for c, m in zip(fixed["centre_px"], frame.middle, strict=True)]
-    apparent = known.values(float(gap[0]) / frame.unit**2)
+    # A collecting lens enlarges the gap's pixels to those of the screen.
+    apparent = known.values(float(gap[0]) / frame.unit**2 * float(imaged_plane(scene)[1]) ** 2)
     # Where the apparent quantity makes no bench that light gets through, the scene's own one may.
     for values in (apparent, {**apparent, **known.given, known.measured: own.get(known.measured, 0.0)}):
         if not values[known.measured]:
             continue
-        bench = scene
+        # What a shield cuts off is dark in the photograph, which masks it; the phase has no edge there.
+        bench = replace(scene, shield=None)
         for name, value in own.items():
             bench = change(bench, name, values[name] / value, at)
         model = SceneModel(frame, bench, values["pixel_size"], at, known.measured)

@@ -29,4 +29,4 @@ def test_every_claim_stands_in_the_readme_with_its_command():
     assert len(QUICK) > 10
     for name, text in SCRIPTS.items():
         assert f"`python experiments/{name}.py" in readme
-        assert "Claim: " in text.split('"""')[1]
+        assert "Claim" in text.split('"""')[1]

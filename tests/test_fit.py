@@ -232,3 +232,14 @@ def test_picture_of_a_fit_has_its_four_views_and_unwraps_to_straight_lines(fitte
     data, model, _, _ = unwrap(fitted)
     both = np.isfinite(data) & np.isfinite(model)
     assert np.corrcoef(data[both], model[both])[0, 1] > 0.98
+
+
+def test_rings_behind_shield_and_collecting_lens_give_the_radius_of_the_bench():
+    options = {"wavelength": 500e-9, "view": "reflected", "screen": 1.0, "collecting_lens": 0.1, "shield": 0.9e-3}
+    camera = nj.Camera((200, 240), 100e-6, (130.0, 90.0))
+    image = nj.render(nj.newton_rings(0.3, gap=0.1e-6, **options), camera, nj.Traced())
+    result = fitting.fit(image, scene=nj.newton_rings(0.27, **options), pixel_size=100e-6)
+    assert result.status == "ok"
+    # The plane that the lens shows moves with the radius, of which the start is 10 % off: 3 (r/R)^2 of that.
+    assert result.radius == pytest.approx(0.3, rel=1e-5)
+    assert result.gap == pytest.approx(0.1e-6, abs=1e-9)
