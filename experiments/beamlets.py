@@ -1,10 +1,11 @@
 """Another way to the same image: coherent Gaussian beamlets (Harvey, Irvin and Pfisterer 2015), for comparison.
 
 The light is a grid of Gaussian beams of waist w on the launch plane, spaced so closely that their sum is flat. Each is
-carried through the bench as a base ray and its differential rays, which is complex ray tracing to first order
-(Greynolds 1986): with the ray matrices A, B, C, D of position and direction, a Gaussian of complex curvature Q becomes
-one of (C + D Q) / (A + B Q) and of amplitude 1 / sqrt(det(A + B Q)). On the screen the beams' fields are summed. Unlike
-rays, beamlets diffract; unlike `Traced` they cost a sum over some hundred neighbours at every pixel.
+carried through the bench as a base ray and its differential rays, complex ray tracing to first order (Greynolds 1986):
+with the ray matrices A, B, C, D of position and direction, a Gaussian of complex curvature Q becomes one of
+(C + D Q) / (A + B Q) and of amplitude 1 / sqrt(det(A + B Q)). On the screen the beams' fields are summed. Unlike rays,
+beamlets diffract; unlike `Traced` they cost a sum over some hundred neighbours at every pixel. The base rays and their
+Fresnel coefficients are the simulator's own; what is checked is the aim, the tube's area, and the way to the screen.
 """
 
 from typing import NamedTuple

@@ -8,7 +8,8 @@ wedge's angle: outer meets outer, and inner meets inner, at the height s / 2 ang
 to R4 the reflections at the faces 0 to 3, as light meets them, that is what the paper says.
 
 Measured: where each pair meets; how far the rays of a node land apart on the screen of a lens focused there; the three
-images of figure 4 by `Splat` at one scale, and the same three by `Traced`, which adds all four fields.
+images of figure 4 by `Splat` at one scale, and the same three by `Traced`, which adds the fields of all four where
+`Splat` takes the mean of their pairs.
 
     python experiments/figure4.py [--quick]
 """
@@ -77,11 +78,12 @@ def main() -> None:
             "predicted_phase_error_turns": found.error,
         }
         table[f"traced, {name}"] = {"contrast": contrast(traced[name])}
-    for name in (name for name in sets if name != "all four"):
-        # Splat shows the mean over a pixel, and the fringes are 50 pixels wide.
+    for name in sets:
         difference = np.abs(splatted[name].image - traced[name]).max() / traced[name].max()
         table[f"splat, {name}"]["largest_difference_from_traced"] = float(difference)
-        assert difference < 0.02, "the paper's algorithm does not show the wedge's fringes"
+        # Splat shows the mean over a pixel, and the fringes are 50 pixels wide. Of four beams it shows the mean of
+        # pairs, which is not the sum of their fields.
+        assert difference < 0.02 or name == "all four", "the paper's algorithm does not show the wedge's fringes"
     apart = table["apart_on_the_screen_px"]
     meet = ("R1 R3", "R2 R4")
     assert max(apart[pair] for pair in meet) < 1 < min(apart[pair] for pair in apart if pair not in meet)

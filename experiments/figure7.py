@@ -1,10 +1,11 @@
-"""Claim: reading the paper's rings its way gives its numbers; what is left of the 2 m is the bare screen's bias.
+"""Claim: reading the paper's rings its way gives its numbers; what is left of the 2 m is a bare screen's bias.
 
 Debelov and Dolgov (2021, figure 7) read rings 1 and 6 off the screenshot of a lens of 2 m (500 nm, 5 um pixels) at
 pixels 142 and 470, take off half a pixel, and get 2002.2 and 2003.9 mm from r_L = 2 r_m² / ((2m - 1) λ). They lay the
-error to the pixel. Here the same bench (5 mm of glass, a screen 1 mm away) is rendered and read: whole pixels as in the
-paper, the same formula on positions between pixels, a straight line through six rings, and the whole image, by the gap
-formula and by the bench.
+error to the pixel. They do not say how thick the glass is and how far the screen: with our 5 mm and 1 mm the rings fall
+on their pixels (so they do for any bare screen some 4 to 12 mm of air from the gap, but not in the gap's own image).
+That bench is rendered and read: whole pixels as in the paper, the same formula on positions between pixels, a straight
+line through six rings, and the whole image, by the gap formula and by the bench.
 
     python experiments/figure7.py [--quick]
 """

@@ -106,7 +106,7 @@ def main() -> None:
     table += measure("gap", size, repeats, spacing)[0]
     errors = {(line["screen"], line["method"]): line["largest_error"] for line in table}
     assert errors[1e-3, "Chebyshev(9)"] < 1e-8, "the nodes are not exact"
-    assert errors[1e-3, "beamlets"] < 1e-3, "two independent sums of waves differ"
+    assert errors[1e-3, "beamlets"] < 1e-3, "rays aimed at a point and a sum of beamlets differ"
     if not options.quick:
         records.save("methods", table, draw(table, images))
 

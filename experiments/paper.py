@@ -12,6 +12,8 @@ from records import RESULTS
 
 import newtonjax as nj
 
+OURS = "the same; 5 mm of glass and a screen 1 mm away, which the paper does not state, are ours"
+
 
 def result(name: str):
     """What an experiment left."""
@@ -77,7 +79,7 @@ def radius() -> list[tuple[str, str, str, str]]:
     """Section 4.2."""
     found = result("figure7")["ours"]
     bias = {(line["view"], line["screen_m"]): line["formula_mean"] for line in result("textbook")}
-    lines = [("4.2", "lens radius 2 m, 500 nm, pixels of 0.005 mm, n = 1.5", "the same", "`figure7.py`")]
+    lines = [("4.2", "lens radius 2 m, 500 nm, pixels of 0.005 mm, n = 1.5", OURS, "`figure7.py`")]
     for order, pixel, printed in ((1, 142, 2002.2), (6, 470, 2003.9)):
         ring = found[f"ring {order}"]
         whole, between = ring["radius_whole_pixel_m"] * 1e3, ring["radius_between_pixels_m"] * 1e3
@@ -94,7 +96,8 @@ def radius() -> list[tuple[str, str, str, str]]:
     formula, bench = found["whole image, gap formula_m"] * 1e3, found["whole image, bench_m"] * 1e3
     said = (
         f"the formula still gives {formula:.1f} mm over the whole image: the bare screen biases it by "
-        f"{100 * bias['transmitted', 1e-3]:+.2f} %; with the bench as the model {bench:.6f} mm"
+        f"{100 * bias['transmitted', 1e-3]:+.2f} % with that glass and screen; with the bench as the model "
+        f"{bench:.6f} mm"
     )
     return [*lines, ("4.2", "the error is related to the pixel size", said, "`figure7.py`, `textbook.py`")]
 
@@ -103,10 +106,13 @@ def third_beam() -> list[tuple[str, str, str, str]]:
     """Section 4.3."""
     found = result("figure10")
     weak = found["and the next order in the gap"]
+    plate, lens = (found[name]["contrast_over_half_a_wave_of_glass"] for name in list(found)[1:3])
     said = (
         f"contrast {found['R1, R2']['contrast']['Chebyshev']:.3f} of two; a third beam that brings "
         f"{100 * weak['share_of_the_light']:.2f} % of the light takes the paper's mean of pairs down to "
-        f"{weak['contrast']['Splat']:.2f}, and leaves the sum of fields at {weak['contrast']['Chebyshev']:.3f}"
+        f"{weak['contrast']['Splat']:.2f}, and leaves the sum of fields at {weak['contrast']['Chebyshev']:.3f}; "
+        f"reflections at the plate's lower and the lens's flat face make it {plate[0]:.2f} to {plate[1]:.2f} and "
+        f"{lens[0]:.2f} to {lens[1]:.2f}, by the thickness of the glass"
     )
     return [("4.3", "reflected rings of two beams, and of three", said, "`figure10.py`")]
 

@@ -48,7 +48,7 @@ def main(arguments: list[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a λ must not cost the answer where the terminal has none
     if not arguments:
-        return _fail("no verb given; give render, fit or demo (newtonjax --help explains them)")
+        return _fail("no verb given; give render, fit, rings or demo (newtonjax --help explains them)")
     try:
         return app(args=arguments, prog_name="newtonjax", standalone_mode=False) or 0
     except typer.TyperException as error:

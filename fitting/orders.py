@@ -6,16 +6,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy import stats
+from scipy import optimize, stats
 
-from fitting.line import Line, ring_line
+from fitting.line import Line, ring_line, straight_line
 from fitting.quantity import check_deviation, check_quantity, number
 from fitting.rings_result import Ring, RingsResult
 from fitting.table import Readings, readings
 
-# Rounds of the exact sphere: each gains a factor of (r/R)².
-_ROUNDS = 6
 _OFFSET = 0.3
+# Rings wider than this share of the lens's radius bend the line of r² by a percent.
+_STEEP = 0.2
 
 
 def rings(
@@ -74,6 +74,8 @@ def rings(
     if (count := len(np.unique(read.order))) < 2:
         return answer("refused", f"readings of {count} ring; a radius needs at least two orders")
     line, ordinate = _line(read.order, radius, sd, contact, path / wavelength if unit == "m" else None)
+    if line is None:
+        return answer("refused", "no sphere has these rings: they are wider than the lens they tell; check the units")
     if line.slope <= 0:
         return answer("refused", "the radii do not grow with the order; count orders from the centre outwards")
     offset = line.intercept / line.slope - contact
@@ -130,20 +132,36 @@ def _check(given: dict) -> None:
         raise ValueError(f"index is {given['index']}: light at this angle does not enter the gap")
 
 
-def _line(order, radius, sd, contact: float, turns: float | None) -> tuple[Line, np.ndarray]:
-    """The line and its ordinate. For a sphere r² + h² = 2 R h is the straight one in h, with h from the line before."""
+def _line(order, radius, sd, contact: float, turns: float | None) -> tuple[Line | None, np.ndarray]:
+    """The line and its ordinate: for a sphere r² + h² = 2 R h, the R being that of the line. None where none is."""
     # The variance of r², to second order: at the centre the first order vanishes.
     deviation = None if sd is None else np.sqrt((2 * radius * sd) ** 2 + 2 * sd**4)
     ordinate = radius**2
     line = ring_line(order, ordinate, deviation, contact)
-    for _ in range(_ROUNDS):
-        lens = line.slope * turns if turns is not None else 0.0
-        if np.any(radius >= lens):
-            break
-        height = radius**2 / (lens * (1 + np.sqrt(1 - (radius / lens) ** 2)))
-        ordinate = radius**2 + height**2
-        line = ring_line(order, ordinate, deviation, contact)
-    return line, ordinate
+    if turns is None or line.slope <= 0:
+        return line, ordinate
+
+    def on_sphere(lens: float) -> np.ndarray:
+        share = np.minimum(radius / lens, 1.0)  # a misread ring may be wider than the lens
+        return radius**2 + (radius**2 / (lens * (1 + np.sqrt(1 - share**2)))) ** 2
+
+    # Where the lens is steep, r² alone is so bent that good rings look misread.
+    steep = radius[line.kept].max() > _STEEP * line.slope * turns
+    used, counted = (np.ones(len(radius), bool), order) if steep else (line.kept, line.order)
+    errors = None if deviation is None else deviation[used]
+
+    def excess(lens: float) -> float:
+        """By how much the line on a sphere makes it larger than it was taken for: falls with its radius."""
+        (slope, _), _ = straight_line(counted[used], on_sphere(lens)[used], errors)
+        return float(slope) * turns - lens
+
+    smallest = float(radius[used].max())
+    largest = 4 * max(smallest, line.slope * turns)
+    if excess(smallest) <= 0:
+        return None, ordinate
+    lens = optimize.bisect(excess, smallest, largest, xtol=1e-15 * largest, maxiter=200)
+    ordinate = on_sphere(float(np.asarray(lens)))
+    return ring_line(order, ordinate, deviation, contact), ordinate
 
 
 def _errors(line: Line) -> tuple[float | None, float | None]:

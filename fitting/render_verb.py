@@ -67,7 +67,7 @@ def run(request: Request) -> int:
         chosen = _choose(scene, camera, request.how)
         splatted = chosen.splatted
         image = splatted.image if splatted else np.asarray(nj.render(chosen.scene, camera, chosen.method))
-        fraction, white, noise = _develop(image, camera, request.seed, from_file)
+        fraction, white, noise = _develop(image, camera, request.seed, from_file, splatted)
     output.write(request.output, png.encode(fraction, request.bits), request.force)
     _say(request, camera, chosen, white, noise)
     return 0
@@ -116,6 +116,8 @@ def _choose(scene: nj.Scene, camera: nj.Camera, how: How) -> Chosen:
         raise ValueError(f"--nodes with --method {name}: it has none; leave one of them out")
     if how.epsilon and name != "splat":
         raise ValueError(f"--epsilon with --method {name}: it has none; leave one of them out")
+    if how.tolerance is not None and name == "splat":
+        raise ValueError("--tolerance with --method splat: only the phase error of its pairs is known; leave one out")
     chosen = _asked_for(scene, camera, name, how)
     if how.tolerance is not None and not chosen.intensity_error <= tolerance:
         raise ValueError(
@@ -130,7 +132,7 @@ def _asked_for(scene: nj.Scene, camera: nj.Camera, name: str, how: How) -> Chose
     if name == "splat":
         method = nj.Splat(epsilon=how.epsilon)
         found = nj.splat(scene, camera, method)
-        return Chosen(scene, method, found.error, 2 * np.pi * found.error, asked, found)
+        return Chosen(scene, method, found.error, np.nan, asked, found)
     if name == "chebyshev":
         method = nj.Chebyshev() if how.nodes is None else nj.Chebyshev(how.nodes)
         phase, intensity = jax.jit(method.error)(scene, camera)
@@ -138,14 +140,18 @@ def _asked_for(scene: nj.Scene, camera: nj.Camera, name: str, how: How) -> Chose
     if name == "closed-form":
         nj.ClosedForm().check(scene)
         plan = nj.plan(scene, camera, 1e9)  # any error will do: it picks the closed form and says how wrong it is
+        if not isinstance(plan.method, nj.ClosedForm):
+            raise ValueError(f"--method closed-form: {plan.reason}, which the closed form does not know; use traced")
         return Chosen(scene, nj.ClosedForm(), plan.phase_error, plan.intensity_error, asked)
     rounding = float(np.max(jax.jit(nj.Chebyshev(5).fields)(scene, camera).rounding))
     return Chosen(scene, nj.Traced(), rounding, 2 * np.pi * rounding, asked)
 
 
-def _develop(image, camera: nj.Camera, seed: int | None, from_file: bool):
+def _develop(image, camera: nj.Camera, seed: int | None, from_file: bool, splatted: Splatted | None):
     """The image over white, white as a fraction of the incident irradiance, and a line on the noise."""
     peak = float(image.max())
+    if not peak > 0 and splatted and splatted.unpaired.any():
+        raise ValueError(f"the image is dark everywhere: {why_unpaired(splatted)}")
     if not peak > 0:
         raise ValueError("the image is dark everywhere: no beam reaches it; change the scene or the camera")
     if seed is None:
@@ -171,14 +177,18 @@ def _say(request: Request, camera: nj.Camera, chosen: Chosen, white: float, nois
     print(f"image: {request.output}, {rows} x {columns} pixels of {float(camera.pixel_size) * 1e6:g} um")
     print(f"values: {request.bits} bits, {coding}, white is {white:.6g} of the incident irradiance")
     print(f"method: {method}{nodes} ({chosen.reason})")
-    print(f"estimated error: {chosen.phase_error:.2g} turns, {chosen.intensity_error:.2g} of the peak intensity")
     if chosen.splatted:
-        _say_pairs(chosen.splatted)
+        _say_pairs(chosen.splatted, len(chosen.scene.beams))
+    else:
+        print(f"estimated error: {chosen.phase_error:.2g} turns, {chosen.intensity_error:.2g} of the peak intensity")
     print(f"noise: {noise}")
 
 
-def _say_pairs(found: Splatted) -> None:
+def _say_pairs(found: Splatted, beams: int) -> None:
     pairs = found.pairs
+    print(f"phase error of its pairs: {found.error:.2g} turns; a pixel shows their mean, whatever their density")
+    if beams > 2:
+        print(f"warning: the mean of the pairs of {beams} beams is not the sum of their fields, which traced shows")
     print(
         f"pairs: {pairs.emitted} emitted, {pairs.paired} paired, {pairs.apart} too far apart, {pairs.outside} out of "
         f"the frame, {pairs.lost} lost, of {' x '.join(map(str, found.source.nodes))} source nodes "

@@ -2,6 +2,7 @@
 
 import csv
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 _METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "px": math.nan}
 # What is read, in this order of preference; each gives the ring's radius as a factor times the (difference of) columns.
 _KINDS = {"left": 0.5, "diameter": 0.5, "radius": 1.0}
+_NAMES = ("order", *(f"{kind}_{unit}" for kind in ("left", "right", "diameter", "radius", "sd") for unit in _METRES))
 # Two columns that tell the same ring's size may differ by this share before it is worth a word.
 _AGREE = 0.02
 
@@ -37,13 +39,21 @@ def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] |
     Raises FileNotFoundError, and ValueError for a table without these columns, or a cell that is no number.
     """
     cells, lines = _columns(table)
-    for name, own in (columns or {}).items():
-        if own not in cells:
-            raise ValueError(f"the table has no column {own!r}; it has {', '.join(cells)}")
-        cells[name] = cells[own]
+    own_cells, named = dict(cells), dict(columns or {})
+    for name, own in named.items():
+        if own not in own_cells:
+            raise ValueError(f"the table has no column {own!r}; it has {', '.join(own_cells)}")
+        if name not in _NAMES:
+            raise ValueError(f"a column cannot be named {name!r}; allowed: {', '.join(_NAMES)}")
+        cells[name] = own_cells[own]
     if "order" not in cells:
         raise ValueError(f"the table has no column 'order'; it has {', '.join(cells)}; name one with order=ITS-NAME")
     found = _sizes(cells)
+    # What the user names is what is meant.
+    found.sort(key=lambda name: not any(part in named for part in _parts(name)))
+    if any(part in named for part in _NAMES[1:]) and found and not any(part in named for part in _parts(found[0])):
+        lone = next(part for part in named if part != "order")
+        raise ValueError(f"{lone} alone tells no ring's size; name its partner as well")
     if not found:
         raise ValueError(
             f"the table has no ring sizes; it has {', '.join(cells)}; allowed: left_mm with right_mm, diameter_mm or "
@@ -52,7 +62,8 @@ def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] |
     name, *others = found
     kind, unit = name.split("_")
     numbers = {key: _numbers(cells[key], key, lines) for key in ("order", *_parts(name))}
-    sd_name = f"sd_{unit}"
+    stated = [f"sd_{unit}", *(f"sd_{other}" for other in _METRES if (other == "px") == (unit == "px"))]
+    sd_name = next((sd for sd in stated if sd in cells), stated[0])
     if sd_name in cells:
         numbers[sd_name] = _numbers(cells[sd_name], sd_name, lines)
     whole = np.all([np.isfinite(column) for column in numbers.values()], axis=0)
@@ -65,9 +76,14 @@ def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] |
         raise ValueError(f"{name} holds a negative size; allowed: zero or more")
     sd = None
     if sd_name in numbers:
-        sd = numbers[sd_name][whole] * scale * _KINDS[kind] * (math.sqrt(2) if kind == "left" else 1)
-        if np.any(sd <= 0):
-            raise ValueError(f"{sd_name} holds {sd.min():g}; allowed: above zero")
+        sd_scale = 1.0 if unit == "px" else _METRES[sd_name[3:]]
+        sd = numbers[sd_name][whole] * sd_scale * _KINDS[kind] * (math.sqrt(2) if kind == "left" else 1)
+        if np.any(sd <= 0) or sd.min() < 1e-9 * sd.max():
+            raise ValueError(f"{sd_name} holds {numbers[sd_name].min():g}; allowed: above zero, and of one size")
+    unread = [one for one in cells if one.startswith("sd_") and one in _NAMES and one != sd_name]
+    warnings += [f"{one} was not used: the sizes are those of {name}" for one in unread]
+    if np.any(radius > 1e6) or np.any(np.abs(numbers["order"][whole]) > 1e9):
+        raise ValueError(f"order or {name} holds a number beyond all rings; check the columns and units")
     for other in others:
         warnings += _disagreement(cells, lines, name, other, whole)
     return Readings(numbers["order"][whole], radius, sd, "px" if unit == "px" else "m", name, warnings)
@@ -87,12 +103,17 @@ def _columns(table) -> tuple[dict[str, list], list[int]]:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise ValueError(f"{path} is no text; give a table of ring readings (CSV with a header)") from None
-    rows = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+    # Excel says its delimiter in a first line of its own.
+    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if not re.fullmatch(r"sep=.?", line.strip())]
+    rows = [(n, line) for n, line in lines if line.strip() and not line.lstrip().startswith("#")]
     if len(rows) < 2:
         raise ValueError(f"{path} holds no readings; give a header and one row a ring")
     delimiter = max(",;\t", key=rows[0][1].count)
     header, *body = csv.reader([line for _, line in rows], delimiter=delimiter)
     names = [name.strip() for name in header]
+    names = [name.lower() if name.lower() in _NAMES and name.lower() not in names else name for name in names]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise ValueError(f"{path}: the header names {', '.join(map(repr, twice))} twice; give each column one name")
     if any(len(row) != len(names) for row in body):
         bad = next(n for (n, _), row in zip(rows[1:], body, strict=True) if len(row) != len(names))
         raise ValueError(f"{path}, line {bad}: its number of cells is not the header's {len(names)}")
@@ -116,7 +137,7 @@ def _numbers(column: list, name: str, lines: list[int]) -> np.ndarray:
     for cell, line in zip(column, lines, strict=True):
         text = str(cell).strip()
         try:
-            values.append(float(text) if text else math.nan)
+            values.append(float(text.replace("_", "?")) if text else math.nan)
         except ValueError:
             raise ValueError(f"line {line}, column {name}: {text!r} is no number") from None
         if math.isinf(values[-1]):

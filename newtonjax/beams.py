@@ -79,8 +79,11 @@ def word_of(name: str, surfaces: int) -> str:
 
     Raises ValueError for a name that light cannot follow.
     """
-    if " " in name or not re.fullmatch(r"direct|R\d+(-R\d+)*", name):
+    name = name.strip()
+    if " " in name or name.startswith("T"):
         return name
+    if not re.fullmatch(r"direct|R\d+(-R\d+)*", name):
+        raise ValueError(f"beam {name!r} is unknown; name a beam by its reflections, such as direct, R1 or R2-R1")
     turns = [] if name == "direct" else [int(turn[1:]) for turn in name.split("-")]
     word, medium, down = [], 0, True
     while 0 <= (met := medium if down else medium - 1) < surfaces:

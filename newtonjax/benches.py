@@ -102,6 +102,8 @@ def newton_rings(
 def _finish(scene: Scene, screen, beams, shield, collecting_lens) -> Scene:
     """The bench with the options that follow from the rest of it: beams by name, focus, shield, collecting lens."""
     if beams is not None:
+        if isinstance(beams, str):
+            raise ValueError(f"beams is {beams!r}; allowed: a sequence of names or words, such as ('R1', 'R2')")
         scene = choose_beams(scene, names=tuple(beams))
     if shield is not None:
         face = scene.surfaces[-1 if scene.view == "transmitted" else 0]

@@ -10,6 +10,7 @@ import msgspec
 import tomli_w
 
 from newtonjax import benches
+from newtonjax.beams import word_of
 from newtonjax.camera import Camera
 from newtonjax.imaging import CollectingLens, Shield
 from newtonjax.light import Light
@@ -171,10 +172,11 @@ def _convert(given: dict) -> SceneFile:
         names, value, known = re.findall(r"\w+", place), given, SceneFile.__struct_fields__
         for name in names:
             value = value[int(name)] if isinstance(value, list) else value[name]
-            known = _TABLES.get(name, known)
-        where = place.strip(".`")
+            known = _TABLES.get(name, known) if name == names[0] else ()
+        where = place.strip(".`") or "file"
         if isinstance(value, dict):
-            raise ValueError(f"[{where}] {problem}; it takes {', '.join(known)}") from None
+            takes = f"; it takes {', '.join(known)}" if known else ""
+            raise ValueError(f"[{where}] {problem}{takes}") from None
         raise ValueError(f"{where} is {value!r}; allowed: {problem.removeprefix('Expected ')}") from None
 
 
@@ -199,7 +201,7 @@ def _scene(table: SceneFile) -> Scene:
         media=media,
         light=Light(**msgspec.structs.asdict(light)),
         screen=Surface(**msgspec.structs.asdict(screen)),
-        beams=beams,
+        beams=tuple(word_of(beam, len(surfaces)) for beam in beams),
         shield=_made(Shield, table.shield),
         collecting_lens=_made(CollectingLens, table.collecting_lens),
     )

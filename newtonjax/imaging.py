@@ -21,7 +21,8 @@ from newtonjax.surfaces import Direction, Surface, frame
 class Shield(eqx.Module):
     """An opaque plane with a round hole on the way to the screen (Debelov and Dolgov 2021, figure 5).
 
-    A ray counts if the straight line on which it leaves the last surface passes through the hole. The image has an
+    A ray counts if the straight line on which it leaves the last surface passes through the hole, which stands between
+    there and the screen, or its collecting lens; light on its way in is not cut. The image has an
     edge then, which `Traced` and `Splat` draw; a derivative does not see the edge move.
 
     - `radius`: of the hole [m].
@@ -35,7 +36,8 @@ class Shield(eqx.Module):
 
     def __check_init__(self):
         require("shield.radius", self.radius, "a positive radius in metres", positive)
-        require("shield.vertex", self.vertex, "finite lengths in metres", finite)
+        require("shield.vertex", self.vertex, "three finite lengths in metres", finite)
+        _require_three("shield.vertex", self.vertex)
         require("shield.tilt", self.tilt, "finite angles in radians", finite)
 
 
@@ -55,17 +57,44 @@ class CollectingLens(eqx.Module):
 
     def __check_init__(self):
         require("collecting_lens.focal_length", self.focal_length, "a positive length in metres", positive)
-        require("collecting_lens.vertex", self.vertex, "finite lengths in metres", finite)
+        require("collecting_lens.vertex", self.vertex, "three finite lengths in metres", finite)
+        _require_three("collecting_lens.vertex", self.vertex)
 
 
-def check_focus(lens: CollectingLens, screen: Surface, view: str) -> None:
-    """Raise ValueError where a lens cannot image any plane at a distance on the screen."""
-    behind = float(_from_to(lens, screen) @ _way(screen, view))
-    if behind <= 0 or abs(behind / float(lens.focal_length) - 1) < 1e-9:
-        raise ValueError(
-            f"collecting_lens: the screen is {behind:.6g} m behind it; allowed: a positive distance other than the "
-            f"focal length of {float(lens.focal_length):.6g} m, in which it would show directions, not a plane"
-        )
+def _require_three(name: str, value) -> None:
+    if getattr(value, "shape", (3,))[:1] != (3,):
+        raise ValueError(f"{name} is {value}; allowed: three lengths in metres, (x, y, z)")
+
+
+def check_way(scene) -> None:
+    """Raise ValueError where shield or collecting lens does not stand between the bench and its screen.
+
+    The order is: last surface, shield, lens, screen. `scene`: a `Scene` of known numbers.
+    """
+    way, lens, shield = _way(scene.screen, scene.view), scene.collecting_lens, scene.shield
+    face = scene.surfaces[-1 if scene.view == "transmitted" else 0].vertex @ way
+    screen = scene.screen.vertex @ way
+    tiny = 1e-9 * (1e-3 + abs(face))
+    if lens is not None:
+        if lens.vertex @ way < face - tiny:
+            raise ValueError(_misplaced("collecting_lens", face - lens.vertex @ way, "inside of the bench"))
+        behind = float(screen - lens.vertex @ way)
+        if behind <= 0 or abs(behind / float(lens.focal_length) - 1) < 1e-9:
+            raise ValueError(
+                f"collecting_lens: the screen is {behind:.6g} m behind it; allowed: a positive distance other than the "
+                f"focal length of {float(lens.focal_length):.6g} m, in which it would show directions, not a plane"
+            )
+    if shield is not None:
+        # A virtual screen, drawn back to inside of the bench, has no shield beyond it.
+        end = lens.vertex @ way if lens is not None else screen if screen > face else np.inf
+        if shield.vertex @ way < face - tiny:
+            raise ValueError(_misplaced("shield", face - shield.vertex @ way, "inside of the bench"))
+        if shield.vertex @ way > end + tiny:
+            raise ValueError(_misplaced("shield", shield.vertex @ way - end, "beyond screen or collecting lens"))
+
+
+def _misplaced(part: str, by: float, where: str) -> str:
+    return f"{part} stands {by:.4g} m {where}; allowed: between the last surface and the screen, or its lens"
 
 
 def _from_to(lens: CollectingLens, screen: Surface) -> Direction:
@@ -95,15 +124,21 @@ def imaged_plane(scene) -> tuple[Vector3, Scalar]:
     return lens.vertex - before * forth + aside, magnification
 
 
+def _metres(distance: Scalar) -> str:
+    return f", {float(distance):.4g} m" if is_concrete(distance) else ""
+
+
 def lens_to_image(distance: Scalar, focal_length: Scalar) -> Scalar:
     """Distance [m] before which a lens must stand to image a plane, enlarged, on a screen so far from that plane.
 
-    a = (L - sqrt(L² - 4 L f)) / 2 solves 1/a + 1/(L - a) = 1/f. Raises ValueError where the screen is nearer than 4 f.
+    a = (L - sqrt(L² - 4 L f)) / 2 solves 1/a + 1/(L - a) = 1/f; at L = 4 f its derivative has no bound.
+
+    Raises ValueError where the screen is nearer than 4 f.
     """
     require(
         "collecting_lens",
         focal_length,
-        f"a positive focal length of at most a quarter of the way from the rings to the screen, {distance} m",
+        f"a positive focal length of at most a quarter of the way from gap to screen{_metres(distance)}",
         lambda f: positive(f) and (not is_concrete(distance) or bool(np.all(4 * f <= distance))),
     )
     return (distance - (distance * (distance - 4 * focal_length)) ** 0.5) / 2

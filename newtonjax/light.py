@@ -17,8 +17,9 @@ class Light(eqx.Module):
     - `polarization`: angle of the linear polarization (the ellipse's long axis) from x towards y [rad], about the
       light's own axis; None for unpolarized light (two perpendicular components of half the irradiance, whose
       intensities add).
-    - `ellipticity`: angle whose tangent is the ratio of the ellipse's axes [rad], ±π/4 for circular light; None for
-      linear polarization (Born and Wolf, Principles of Optics, section 1.4.2).
+    - `ellipticity`: angle whose tangent is the ratio of the ellipse's axes [rad], ±π/4 for circular light, above 0 for
+      right-handed light (clockwise for who faces the source); None for linear polarization (Born and Wolf, Principles
+      of Optics, section 1.4.2).
     - `degree`: of polarization, 0 to 1; None for 1. Partially polarized light is an unpolarized part and a polarized
       one; two components hold both, since the coherency matrix has two eigenvectors (section 10.9.2).
     """
@@ -34,7 +35,9 @@ class Light(eqx.Module):
         require("light.tilt", self.tilt, "finite angles in radians", finite)
         if self.polarization is None:
             if self.ellipticity is not None or self.degree is not None:
-                raise ValueError("ellipticity or degree without polarization; give its angle, or leave all three out")
+                raise ValueError(
+                    "ellipticity or degree of polarization without polarization; give its angle, or leave all three out"
+                )
             return
         require("polarization", self.polarization, "a finite angle in radians, or None", finite)
         if self.ellipticity is not None:

@@ -37,7 +37,9 @@ class Rule(NamedTuple):
 
     def reach(self, camera: Camera):
         """How far apart two rays of a pair may land [m]."""
-        return jnp.sqrt(2.0) * camera.pixel_size if self.epsilon is None else self.epsilon
+        if self.epsilon is None or self.pairing == "pixel":
+            return jnp.sqrt(2.0) * camera.pixel_size
+        return self.epsilon
 
     def opd(self, setting: Setting, one: Landing, two: Landing):
         """The pair's path difference, where the two meet on the screen, and how far apart they land [m]."""
@@ -111,7 +113,8 @@ def _meet(scene, camera, rule, setting, landings, fields, j: int, k: int):
     else:
         close = apart <= rule.reach(camera)
     fate = jnp.where(alive, jnp.where(inside, jnp.where(close, _PAIRED, _APART), _OUTSIDE), _LOST)
-    return jnp.where(alive, value, 0.0), cell, fate
+    # A collecting lens spreads the light of the plane that it images.
+    return jnp.where(alive, value / setting.magnification**2, 0.0), cell, fate
 
 
 def _cell(camera: Camera, point: Float[Array, "2"]) -> tuple[Int[Array, ""], Bool[Array, ""]]:

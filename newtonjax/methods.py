@@ -11,7 +11,7 @@ from jaxtyping import Array, Bool, Float, Shaped
 
 from newtonjax import chebyshev
 from newtonjax.camera import Camera
-from newtonjax.fields import Fields, fields_at, intensity, opd_at, polar
+from newtonjax.fields import Fields, arrivals, fields_at, intensity, opd_at, polar
 from newtonjax.gap import closed_fields, gap_opd, is_shallow, why_not_closed
 from newtonjax.scene import Scene
 from newtonjax.surfaces import sag, shallow_sag
@@ -105,8 +105,13 @@ class Chebyshev(AbstractMethod):
         """Every part of a scene is honoured; `render` refuses where a beam does not reach the whole image."""
 
     def fields(self, scene: Scene, camera: Camera) -> Fields:
-        """The fields at the nodes (row by row)."""
-        return fields_at(scene, chebyshev.node_points(camera, self.nodes))
+        """The fields at the nodes (row by row). They arrive only if the frame's corners do, which no node is at."""
+        fields = fields_at(scene, chebyshev.node_points(camera, self.nodes))
+        if scene.shield is None:
+            return fields
+        x, y = camera.axes()
+        corners = jnp.stack([x[jnp.array([0, 0, -1, -1])], y[jnp.array([0, -1, 0, -1])]], axis=1)
+        return fields._replace(arrives=fields.arrives & arrivals(scene, corners).arrives.all())
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
         return self.image_and_reach(scene, camera)[0]

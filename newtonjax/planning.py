@@ -71,9 +71,10 @@ def plan(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Plan:
         kept, lost = _strong_beams(scene, camera, 0.1 * tolerance)
         dropped = tuple(word for word in scene.beams if word not in kept.beams)
         fields = _probe(kept, camera)
+        rounding = _rounding(fields)
         if not np.all(fields.arrives):
             return Plan(
-                Traced(), kept, dropped, _rounding(fields), lost + 1e-9, "not every beam reaches the whole image"
+                Traced(), kept, dropped, rounding, lost + 2 * np.pi * rounding, "not every beam reaches the whole image"
             )
         closed = _closed_error(kept, camera, fields)
         if closed is not None and closed.intensity + lost <= tolerance:
@@ -89,7 +90,7 @@ def plan(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Plan:
                     reason = f"the fields are smooth: {count} x {count} nodes resolve them"
                     return Plan(Chebyshev(count), kept, dropped, phase, intensity + lost, reason)
         return Plan(
-            Traced(), kept, dropped, _rounding(fields), lost + 1e-9, "the fields are not smooth enough for nodes"
+            Traced(), kept, dropped, rounding, lost + 2 * np.pi * rounding, "the fields are not smooth enough for nodes"
         )
 
 

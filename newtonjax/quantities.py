@@ -27,6 +27,8 @@ def as_scalar(value):
 
 
 def _unwrap(value):
+    if isinstance(value, str):
+        raise ValueError(f"{value!r} is no number; allowed: numbers in SI units")
     # A batch of scenes has arrays where one scene has numbers: those pass through.
     return float(value) if np.ndim(value) == 0 else value
 
@@ -56,6 +58,8 @@ def as_complex(value: Float[Array, "..."]) -> Complex[Array, "..."]:
 
 def require(name: str, value, allowed: str, test) -> None:
     """Raise ValueError when a concrete value fails its test; a traced one passes."""
+    if isinstance(value, str):
+        raise ValueError(f"{name} is {value!r}; allowed: {allowed}")
     if not is_concrete(value) or not _numeric(value):
         return  # traced, or a placeholder with which a transformation rebuilds a module
     given = np.asarray(value, dtype=np.float64)

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from newtonjax.beams import enumerate_beams, itinerary, word_of
-from newtonjax.imaging import CollectingLens, Shield, check_focus
+from newtonjax.imaging import CollectingLens, Shield, check_way
 from newtonjax.light import Light
 from newtonjax.quantities import Scalar, as_vector, is_concrete, positive, require
 from newtonjax.surfaces import Surface
@@ -50,8 +50,8 @@ class Scene(eqx.Module):
         require("media", self.media, "positive refractive indices", positive)
         if is_concrete(self.screen.curvature) and np.any(np.asarray(self.screen.curvature) != 0):
             raise ValueError(f"screen.curvature is {self.screen.curvature}; allowed: 0, the screen is a plane")
-        if self.collecting_lens is not None and is_concrete(self.collecting_lens, self.screen):
-            check_focus(self.collecting_lens, self.screen, self.view)
+        if is_concrete(self.surfaces, self.screen, self.shield, self.collecting_lens):
+            check_way(self)
 
     @property
     def view(self) -> str:
@@ -83,7 +83,10 @@ def choose_beams(
     if sum(choice is not None for choice in (number, energy, names)) != 1:
         raise ValueError("choose_beams takes exactly one of number, energy and names")
     if names is not None:
-        return replace(scene, beams=tuple(word_of(name, len(scene.surfaces)) for name in names))
+        chosen = replace(scene, beams=tuple(word_of(name, len(scene.surfaces)) for name in names))
+        if chosen.view != scene.view:
+            raise ValueError(f"beams {', '.join(names)} leave on the other side: the scene's view is {scene.view!r}")
+        return chosen
     if not is_concrete(scene.media):
         raise ValueError("the media are traced, so that beam energies have no value yet; choose the beams outside")
     found = enumerate_beams(scene.media, scene.view, reflections)

@@ -1,6 +1,7 @@
 """The algorithm of Debelov and Dolgov (2021), section 3: rays from source nodes, paired where they meet the screen."""
 
 import warnings
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -12,17 +13,19 @@ from jaxtyping import Array, Bool, Float, Int
 
 from newtonjax.aim import aim, arrive
 from newtonjax.camera import Camera
-from newtonjax.chebyshev import node_points
 from newtonjax.fields import arrivals, pairs
 from newtonjax.meeting import Rule, Source, add_block, no_sums
 from newtonjax.methods import AbstractMethod, at_every_pixel
-from newtonjax.precision import require_concrete, x64
+from newtonjax.precision import require_concrete, require_x64, x64
 from newtonjax.scene import Scene
 from newtonjax.symmetry import spare_component
 from newtonjax.trace import gather, trace
 
-# Nodes to a side at which the frame is aimed at, to find where on the source its light comes from.
-_FRAME = 9
+# Points to a side at which the frame is aimed at, to find where on the source its light comes from; and where a rim
+# runs through it.
+_FRAME, _RIM = 9, 129
+# Newton's steps to the pair that meets at a point of the frame.
+_STEPS = 8
 # Pixels at a time that are aimed at, to know which are lit.
 _LIT = 16384
 
@@ -52,8 +55,9 @@ class Splatted(NamedTuple):
     - `unpaired` [rows, columns]: lit pixels without a pair, because the two rays of every node there land too far
       apart; no source step helps.
     - `pairs`: the counts; `source`: the grid of nodes.
-    - `error`: largest phase error of its pairs [turns], against rays that are aimed at the meeting points of a grid
-      of nodes over the frame; with a quarter turn for each caustic that only one of the two rays crossed.
+    - `error`: largest phase error of its pairs [turns], against rays aimed at the meeting points of pairs on a grid of
+      points over the frame; with a quarter turn for each caustic that only one of the two rays crossed. Infinite where
+      no pair was found to look at, or one meets where a beam has no ray.
     """
 
     image: Float[np.ndarray, "rows columns"]
@@ -68,12 +72,13 @@ class Splat(AbstractMethod):
     """Rays from a grid of source nodes; two of one node interfere where they land (Debelov and Dolgov 2021, section 3).
 
     Coherent rays that land within `epsilon` of each other meet at the midpoint C. Their last segments are taken as
-    radii of spherical wavelets: each optical path is corrected by the distance from the last surface to C. The pair's
-    intensity goes to the pixel that contains C, and a pixel shows the mean of its pairs: densities of rays do not
-    count, caustics cost no phase, and more than two beams add as pairs. The error of the wavelets is of second order
-    in the pair's separation (Fermat). Components of polarization are rays of their own, which do not interfere: the
-    same paths, and their intensities add. `spread` is differentiable for pairs that stay in their pixels: what a
-    derivative leaves out is that a moving ray changes pixels, which steps the image.
+    radii of spherical wavelets: each optical path is corrected by the distance from the last surface to C, with an
+    error of second order in the pair's separation (Fermat). The pair's intensity goes to the pixel that contains C; a
+    pixel shows the mean of its pairs: so a bench that gathers or spreads the light on its way to the screen is shown as
+    if it did not, caustics cost no phase, and of more than two beams the mean of pairs is not the sum of their fields.
+    `Traced` knows all three. Components of polarization are rays of their own, which do not interfere: the same paths,
+    and their intensities add. `spread` is differentiable for pairs that stay in their pixels: what a derivative leaves
+    out is that a moving ray changes pixels, which steps the image.
 
     - `step`: of the source's nodes [m]; None halves it, from a pixel's size on, until no lit pixel is empty.
     - `epsilon`: [m]; None is a pixel's diameter, its diagonal.
@@ -92,11 +97,14 @@ class Splat(AbstractMethod):
     def __check_init__(self):
         for name in ("step", "epsilon"):
             value = getattr(self, name)
-            if value is not None and not 0 < value < np.inf:
-                raise ValueError(f"{name} is {value}; allowed: a positive length in metres, or None")
+            if value is not None and not (isinstance(value, float | int) and 0 < value < np.inf):
+                raise ValueError(f"{name} is {value!r}; allowed: a positive length in metres, or None")
         for name, allowed in (("pairing", ("midpoint", "pixel")), ("path", ("wavelet", "raw"))):
             if getattr(self, name) not in allowed:
                 raise ValueError(f"{name} is {getattr(self, name)!r}; allowed: {' or '.join(map(repr, allowed))}")
+        for name in ("budget", "chunk"):
+            if not 1 <= getattr(self, name) < 2**31:  # pixels count their pairs in 32 bits
+                raise ValueError(f"{name} is {getattr(self, name)}; allowed: 1 to 2147483647")
 
     @property
     def rule(self) -> Rule:
@@ -104,7 +112,7 @@ class Splat(AbstractMethod):
         return Rule(self.epsilon, self.pairing, self.path)
 
     def check(self, scene: Scene) -> None:
-        """A scene needs two beams; every part of it is honoured."""
+        """A scene needs two beams; what the mean of pairs leaves out stands above."""
         if len(scene.beams) < 2:
             raise ValueError("Splat cannot honour a scene of one beam: it shows pairs of rays; use Traced()")
 
@@ -125,14 +133,18 @@ def splat(scene: Scene, camera: Camera, method: Splat | None = None) -> Splatted
     Raises ValueError where the budget of rays is reached before every lit pixel has a pair, and for traced values.
     """
     method = Splat() if method is None else method
+    if not isinstance(method, Splat):
+        raise ValueError(f"method is {method!r}; allowed: Splat(...)")
     require_concrete("Splat", scene, camera)
     method.check(scene)
     scene = spare_component(scene)
+    bare = replace(scene, shield=None)  # where light would come from and meet, whatever a hole lets through
     with x64():
-        starts, found = _aims(scene, node_points(camera, _FRAME))
-        low, high = _reach(starts, found, camera)
+        points = _over_frame(camera, _FRAME)
+        starts, found = _aims(bare, points)
+        low, high = _reach(bare, starts, found, camera)
         step = float(camera.pixel_size) if method.step is None else method.step
-        lit = None
+        lit, before = None, np.inf
         while True:
             source = _grid(low, high, step)
             rays = source.nodes[0] * source.nodes[1] * len(scene.beams)
@@ -144,12 +156,17 @@ def splat(scene: Scene, camera: Camera, method: Splat | None = None) -> Splatted
             if method.step is not None or not empty.any():
                 break
             lit = np.asarray(_lit(scene, camera)) if lit is None else lit
-            if not np.any(empty & lit):
+            if not (left := int(np.sum(empty & lit))):
                 break
-            step /= 2
-        tally = [int(n) for n in fates]
-        error = float(_error(scene, camera, method.rule, starts, found))
-        return Splatted(image, count, (count == 0) & (apart > 0), Pairs(sum(tally), *tally), source, error)
+            if left >= before:
+                raise ValueError(
+                    f"{left} lit pixels stay without a pair however fine the source, since the rays of a node do not "
+                    "meet there; use Traced()"
+                )
+            step, before = step / 2, left
+        tally = Pairs(source.nodes[0] * source.nodes[1] * len(pairs(scene)), *(int(n) for n in fates))
+        error = float(_error(bare, camera, method.rule, points, starts))
+        return Splatted(image, count, (count == 0) & (apart > 0), tally, source, error)
 
 
 def why_unpaired(found: Splatted) -> str:
@@ -175,15 +192,24 @@ def _aims(scene: Scene, points):
     return jax.vmap(lambda route: jax.vmap(lambda point: aim(route, setting, point))(points))(routes)
 
 
-def _reach(starts, found, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
+def _over_frame(camera: Camera, count: int) -> Float[Array, "n 2"]:
+    """Screen points [m] of an even grid over the frame, up to the outer edges of its pixels."""
+    half = camera.pixel_size / 2
+    x, y = (jnp.linspace(axis[0] - half, axis[-1] + half, count) for axis in camera.axes())
+    return jnp.stack([grid.ravel() for grid in jnp.meshgrid(x, y)], axis=1)
+
+
+def _reach(scene: Scene, starts, found, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
     """Corners of the part of the launch plane from which any beam lights the frame."""
+    margin = float(camera.pixel_size)
+    if not np.all(found):  # a rim runs through the frame: look closer, and one mesh further than what was found
+        starts, found = _aims(scene, _over_frame(camera, _RIM))
+        margin += 2 * max(camera.shape) * float(camera.pixel_size) / _RIM
     inside = np.asarray(starts)[np.asarray(found)]
     if not len(inside):
         raise ValueError(
             "no beam reaches the frame: there is nothing to render; check screen, centre_px and pixel_size"
         )
-    # The nodes end short of the frame's edge: by 0.8 % of its width, and half a pixel.
-    margin = float(camera.pixel_size) + 0.02 * np.ptp(inside, axis=0)
     return inside.min(axis=0) - margin, inside.max(axis=0) + margin
 
 
@@ -205,34 +231,49 @@ def _lit(scene: Scene, camera: Camera) -> Bool[Array, "rows columns"]:
 
 
 @partial(jax.jit, static_argnames="rule")
-def _error(scene: Scene, camera: Camera, rule: Rule, starts, found) -> Float[Array, ""]:
-    """Largest phase error of the pairs within epsilon [turns]: see `Splatted`."""
+def _error(scene: Scene, camera: Camera, rule: Rule, points, starts) -> Float[Array, ""]:
+    """Largest phase error of pairs [turns]: see `Splatted`. `starts` [beams, n, 2]: where to begin the search."""
     routes, setting = gather(scene)
 
-    def wrong(first, second, start):
-        one, two = trace(first, setting, start)[0], trace(second, setting, start)[0]
+    def wrong(first, second, point, start):
+        def rays(start):
+            one, two = (trace(route, setting, start)[0] for route in (first, second))
+            return (one.point + two.point) / 2, (one, two)
+
+        def nearer(start, _):
+            slope, _ = jax.jacfwd(rays, has_aux=True)(start)
+            return start + jnp.linalg.solve(slope, point - rays(start)[0]), None
+
+        start, _ = jax.lax.scan(nearer, start, None, length=_STEPS)
+        one, two = rays(start)[1]
         opd, meeting, apart = rule.opd(setting, one, two)
         exact_1, exact_2 = arrive(first, setting, meeting), arrive(second, setting, meeting)
         error = jnp.abs(opd - exact_2.path + exact_1.path) / scene.wavelength
-        # Pairs further apart than epsilon do not count; nearer ones there err less, by the order of the error.
-        nearer = jnp.minimum(1.0, rule.reach(camera) / jnp.where(apart > 0, apart, 1.0))
-        error = error * nearer ** (1 if rule.path == "raw" else 2)
+        # Pairs further apart than they may be do not count; nearer ones there err less, by the order of the error.
+        share = jnp.minimum(1.0, rule.reach(camera) / jnp.where(apart > 0, apart, 1.0))
+        error = error * share ** (1 if rule.path == "raw" else 2)
         error = error + jnp.abs(exact_2.quarter_turns - exact_1.quarter_turns) / 4
-        return jnp.where(one.alive & two.alive & exact_1.arrives & exact_2.arrives, error, 0.0)
+        met = one.alive & two.alive & (jnp.abs(meeting - point).max() < 1e-3 * camera.pixel_size)
+        return jnp.where(exact_1.arrives & exact_2.arrives, error, jnp.inf), met
 
-    worst = jnp.zeros(())
+    worst, looked = jnp.zeros(()), jnp.zeros((), bool)
     for j, k in pairs(scene):
         first, second = (jax.tree.map(lambda leaf, b=b: leaf[b], routes) for b in (j, k))
-        error = jax.vmap(wrong, (None, None, 0))(first, second, starts[j])
-        worst = jnp.maximum(worst, jnp.where(found[j] & found[k], error, 0.0).max())
-    return worst
+        error, met = jax.vmap(wrong, (None, None, 0, 0))(first, second, points, starts[j])
+        worst = jnp.maximum(worst, jnp.where(met, error, 0.0).max())
+        looked |= met.any()
+    return jnp.where(looked, worst, jnp.inf)
 
 
 def spread(scene: Scene, camera: Camera, method: Splat, source: Source):
     """Image, pairs in each pixel, pairs too far apart by the pixel of their midpoint, and the four fates' counts.
 
     For a given source: differentiable in scene and camera, with every pair kept in its pixel.
+
+    Raises RuntimeError where JAX computes in float32.
     """
+    if jnp.zeros(()).dtype != jnp.float64:
+        require_x64("spread")
     cells = camera.shape[0] * camera.shape[1]
     many = source.nodes[0] * source.nodes[1]
     sums = no_sums(camera)

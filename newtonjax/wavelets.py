@@ -37,14 +37,16 @@ def _longer(setting: Setting, landing: Landing, meeting: Float[Array, "2"]) -> F
     shift = (meeting - landing.point) @ across
     segment = landing.length * landing.direction
     length = jnp.sqrt(dot(segment + shift, segment + shift))
-    grown = (dot(shift, shift) + 2 * dot(segment, shift)) / (length + jnp.abs(landing.length))
-    return setting.exit_index * jnp.sign(landing.length) * grown
+    both = length + jnp.abs(landing.length)  # 0 on a screen that touches the last surface
+    grown = (dot(shift, shift) + 2 * dot(segment, shift)) / jnp.where(both > 0, both, 1.0)
+    # Backwards to a virtual screen; on a screen that touches the last surface rounding must not choose.
+    return setting.exit_index * jnp.where(landing.length < -1e-12, -grown, grown)
 
 
 def pair_error(first: Route, second: Route, setting: Setting, start: Float[Array, "2"]) -> PairError:
     """What the wavelets of two beams' rays from one launch point get wrong at the midpoint between them.
 
-    To second order in the separation: good to some 5 % where it is below a tenth of the way to the screen.
+    To second order in the separation: good to some 5 % where that is below a hundredth of the way to the screen.
     """
     across = setting.across()
 

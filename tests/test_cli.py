@@ -54,9 +54,22 @@ KEYS = [
         (("render", "reflected", "--output", "a.png", "--method", "traced", "--nodes", "5"), "--nodes"),
         (("render", "reflected", "--output", "a.png", "--method", "traced", "--epsilon", "5um"), "--epsilon"),
         (("render", "reflected", "--output", "a.png", "--beams", "R1,R7"), "beam 'R7' is unknown"),
-        (("render", "reflected", "--output", "a.png", "--beams", "R1,"), "ends inside the stack"),
+        (("render", "reflected", "--output", "a.png", "--beams", "R1,"), "beam '' is unknown"),
         (("render", "reflected", "--output", "a.png", "--beams", "R1", "--method", "splat"), "a scene of one beam"),
         (("render", "reflected", "--output", "a.png", "--collecting-lens", "1m"), "a quarter of the way"),
+        (("render", "transmitted", "--output", "a.png", "--beams", "R1,R2"), "leave on the other side"),
+        (
+            ("render", "reflected", "--output", "a.png", "--method", "splat", "--tolerance", "1e-3"),
+            "only the phase error",
+        ),
+        (
+            ("render", "reflected", "-o", "a.png", "--radius", "1mm", "--screen", "gap", "--method", "closed-form"),
+            "not every beam reaches",
+        ),
+        (
+            ("render", "reflected", "-o", "a.png", "--screen", "1m", "--collecting-lens", "1mm"),
+            "collecting_lens stands",
+        ),
     ],
 )
 def test_wrong_usage_is_refused_in_one_line(capsys, tmp_path, monkeypatch, arguments, said):

@@ -13,7 +13,7 @@ from newtonjax.symmetry import spare_component
 from newtonjax.trace import gather
 
 CAMERA = nj.Camera((20, 24), 10e-6)
-METHODS = [nj.Traced(), nj.Chebyshev(9), nj.Splat(step=4e-6, epsilon=1e-2)]
+SPLAT = nj.Splat(step=4e-6, epsilon=1e-2)
 # Skew: s and p mix, and differ.
 SKEW = {"light_tilt": (0.5, 0.3), "lens_tilt": (2e-3, -1e-3), "plate_tilt": (-1e-3, 2e-3), "index": 1.7, "screen": 2e-3}
 
@@ -27,7 +27,7 @@ def image(scene, method):
     return np.asarray(nj.render(scene, CAMERA, method))
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", [nj.Traced(), SPLAT])
 def test_at_brewsters_angle_a_wedge_reflects_no_p_light(method):
     """Tan i = n (Brewster 1815); at the inner faces of the plates the angle is the complement, and Brewster's too."""
     seen = {}
@@ -39,16 +39,16 @@ def test_at_brewsters_angle_a_wedge_reflects_no_p_light(method):
     assert seen["s"].max() > 0.05
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", [nj.Chebyshev(9), SPLAT])
 def test_unpolarized_light_is_the_mean_of_two_perpendicular_linear_ones(method):
     mean = (image(skew(polarization=0.7), method) + image(skew(polarization=0.7 + np.pi / 2), method)) / 2
     assert np.abs(image(skew(), method) - mean).max() < 1e-12
     assert np.abs(image(skew(polarization=0.7), method) - mean).max() > 1e-4
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_the_degree_of_polarization_interpolates_between_the_unpolarized_and_the_polarized_image(method):
+def test_the_degree_of_polarization_interpolates_between_the_unpolarized_and_the_polarized_image():
     """Three independent components, as the paper renders partially polarized light: two unpolarized, one polarized."""
+    method = nj.Chebyshev(9)
     linear = {angle: image(skew(polarization=angle), method) for angle in (0.7, 0.0, np.pi / 2)}
     for degree in (0.0, 0.3, 1.0):
         three = degree * linear[0.7] + (1 - degree) * (linear[0.0] + linear[np.pi / 2]) / 2
@@ -78,7 +78,6 @@ def test_the_launched_field_has_the_stokes_parameters_of_its_ellipse(ellipticity
 
 SYMMETRIC = {
     "rings": nj.newton_rings(0.05, 500e-9, 1e-6, "reflected", screen=3e-3),
-    "transmitted": nj.newton_rings(0.05, 500e-9, 1e-6, screen=3e-3),
     "wedge, oblique in its plane": nj.air_wedge(1e-3, 500e-9, 5e-6, light_tilt=(0.0, 0.9)),
     "planes, oblique": nj.newton_rings(np.inf, 500e-9, 2e-6, "reflected", light_tilt=(0.0, 0.9), beams=["R0", "R1"]),
 }
@@ -112,8 +111,8 @@ def operations(scene, method):
     return compiled.cost_analysis()["flops"]
 
 
-@pytest.mark.parametrize("method", [nj.Traced(), nj.Chebyshev(9)])
-def test_polarization_costs_nothing_where_it_changes_nothing(method):
+def test_polarization_costs_nothing_where_it_changes_nothing():
+    method = nj.Chebyshev(9)
     linear, unpolarized = nj.newton_rings(1.0, polarization=0.0), nj.newton_rings(1.0)
     # One component each; the circular one takes a handful of operations at launch.
     assert operations(unpolarized, method) <= operations(linear, method) * 1.001 + 100
@@ -140,7 +139,7 @@ def test_the_launched_irradiance_is_one():
 @pytest.mark.parametrize(
     ("state", "message"),
     [
-        ({"degree": 0.5}, "degree without polarization"),
+        ({"degree": 0.5}, "degree of polarization without polarization"),
         ({"ellipticity": 0.5}, "without polarization"),
         ({"polarization": 0.0, "degree": 1.1}, "degree is 1.1; allowed: 0"),
         ({"polarization": 0.0, "ellipticity": 1.0}, "ellipticity is 1.0; allowed"),

@@ -260,3 +260,58 @@ def test_the_verb_prints_writes_and_exits(tmp_path, capsys):
     assert main([*command, "--column", "radius"]) == 2
     assert main(["rings", str(tmp_path / "none.csv"), "--wavelength", "589.3nm"]) == 2
     assert "is no file" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("first", [1, 100, 2000])
+def test_rings_of_a_steep_lens_give_its_radius(first):
+    """Exact sphere: h = m λ / 2, r² = 2 R h - h²; the widest ring is at 0.97 of the radius."""
+    order = np.arange(first, first + 600, 40)
+    height = order * 589.3e-9 / 2
+    lens = 1e-3
+    result = fitting.rings({"order": order, "radius_m": np.sqrt(2 * lens * height - height**2)}, wavelength=589.3e-9)
+    assert result.status == "ok"
+    assert result.radius == pytest.approx(lens, rel=1e-9)
+
+
+def written(tmp_path, text):
+    path = tmp_path / "table.csv"
+    path.write_text(text)
+    return path
+
+
+RINGS = "1,0.768\n2,1.086\n3,1.33\n4,1.535\n"
+
+
+def test_the_column_that_is_named_is_the_one_that_counts(tmp_path):
+    path = written(tmp_path, "sep=,\n # read twice\nOrder,diameter_mm\n" + RINGS)
+    plain = fitting.rings(path, wavelength=589.3e-9)
+    named = fitting.rings(path, wavelength=589.3e-9, columns={"radius_mm": "diameter_mm"})
+    assert named.radius == pytest.approx(4 * plain.radius, rel=1e-5)  # the sag differs by (r/R)²
+
+
+def test_standard_deviations_in_another_unit_count(tmp_path):
+    rows = "".join(f"{row},5\n" for row in RINGS.split())
+    um = fitting.rings(written(tmp_path, "order,diameter_mm,sd_um\n" + rows), wavelength=589.3e-9)
+    rows = "".join(f"{row},0.005\n" for row in RINGS.split())
+    mm = fitting.rings(written(tmp_path, "order,diameter_mm,sd_mm\n" + rows), wavelength=589.3e-9)
+    assert um.radius_sd == pytest.approx(mm.radius_sd)
+    rows = "".join(f"{row},5\n" for row in RINGS.split())
+    odd = fitting.rings(written(tmp_path, "order,diameter_mm,sd_px\n" + rows), wavelength=589.3e-9)
+    assert any("sd_px was not used" in text for text in odd.warnings)
+
+
+@pytest.mark.parametrize(
+    ("text", "columns", "message"),
+    [
+        ("order,diameter_mm,diameter_mm\n1,2,3\n2,3,4\n", None, "'diameter_mm' twice"),
+        ("order,diameter_mm\n" + RINGS, {"foo": "diameter_mm"}, "cannot be named 'foo'"),
+        ("order,diameter_mm\n" + RINGS, {"left_mm": "diameter_mm"}, "name its partner"),
+        ("order,diameter_mm\n1,1_54\n2,3\n", None, "is no number"),
+        ("order,radius_m\n1,1e200\n2,2e200\n", None, "beyond all rings"),
+        ("order,radius_mm,sd_mm\n1,1,1e-300\n2,2,1\n3,3,1\n", None, "of one size"),
+        ("order,radius_mm\n1e16,1\n1e17,2\n", None, "beyond all rings"),
+    ],
+)
+def test_a_table_that_misleads_is_refused(tmp_path, text, columns, message):
+    with pytest.raises(ValueError, match=message):
+        fitting.rings(written(tmp_path, text), wavelength=589.3e-9, columns=columns)

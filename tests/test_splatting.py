@@ -1,5 +1,6 @@
 """The paper's algorithm: its pairs, its books, its error, and where it ends."""
 
+import dataclasses
 import warnings
 
 import equinox as eqx
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 import newtonjax as nj
-from newtonjax.fields import opd_at
+from newtonjax.fields import arrivals, opd_at
 from newtonjax.trace import gather, trace
 from newtonjax.wavelets import pair_error, wavelet_opd
 
@@ -177,3 +178,59 @@ def test_a_budget_and_what_cannot_be_honoured_are_said():
     for wrong in ({"step": 0.0}, {"epsilon": -1.0}, {"pairing": "x"}, {"path": "x"}):
         with pytest.raises(ValueError, match="allowed"):
             nj.Splat(**wrong)
+
+
+def test_a_hole_in_the_frame_is_filled_to_its_edge():
+    for radius in (3e-4, 5e-4):
+        scene, camera = nj.newton_rings(2.0, 500e-9, screen=1e-3, shield=radius), nj.Camera((120, 120), 1e-5)
+        found = nj.splat(scene, camera)
+        lit = np.asarray(nj.render(scene, camera, nj.Traced())) > 0.5
+        assert not np.any(found.hits[lit] == 0)
+    small = dataclasses.replace(scene, shield=nj.Shield(5e-5, (1e-4, 1e-4, -5e-3)))
+    assert nj.splat(small, camera).pairs.paired > 50
+
+
+BAD = [
+    (nj.newton_rings(-2.0, 500e-9, 1e-5, screen=1.0), nj.Camera((60, 60), 20e-6), {"epsilon": 1e-2}),
+    (nj.newton_rings(2.0, 500e-9, view="reflected", screen=1e-2), nj.Camera((60, 60), 20e-6), {"path": "raw"}),
+    (nj.newton_rings(2.0, 500e-9, view="reflected", screen=3.0), nj.Camera((60, 60), 20e-6), {"epsilon": 1e-2}),
+]
+
+
+@pytest.mark.parametrize(("scene", "camera", "options"), BAD)
+def test_the_stated_error_is_the_largest_of_all_pairs(scene, camera, options):
+    """Against every pair of an even grid of nodes whose midpoint falls into the frame."""
+    options = {"epsilon": 1e-2, **options}
+    found = nj.splat(scene, camera, nj.Splat(step=100e-6, **options))
+    width = (np.array(found.source.nodes) - 1) / 2 * found.source.step
+    starts = np.stack(np.meshgrid(*(np.linspace(-w, w, 41) for w in width)), axis=-1).reshape(-1, 2)
+    points, opd = jax.jit(separations)(scene, jnp.asarray(starts))
+    if options.get("path") == "raw":
+        opd = jax.jit(raw_difference)(scene, jnp.asarray(starts))
+    middle = points.mean(axis=1)
+    beams = jax.jit(arrivals)(scene, middle)
+    wrong = np.abs(opd - beams.path[1] + beams.path[0]) / 500e-9
+    wrong = wrong + np.abs(beams.quarter_turns[1] - beams.quarter_turns[0]) / 4
+    inside = np.abs(np.asarray(middle)).max(axis=1) <= 30 * 20e-6
+    worst = float(np.where(inside & np.asarray(beams.arrives.all(axis=0)), wrong, 0).max())
+    assert worst <= found.error * 1.001
+    assert found.error < 1.3 * worst + 0.26
+
+
+def raw_difference(scene, starts):
+    routes, setting = gather(scene)
+
+    def node(start):
+        one, two = (trace(jax.tree.map(lambda leaf, b=b: leaf[b], routes), setting, start)[0] for b in (0, 1))
+        return two.path - one.path
+
+    return jax.vmap(node)(starts)
+
+
+def test_an_error_that_cannot_be_known_is_infinite():
+    # A focus of one beam on the screen: most midpoints have no ray of it.
+    scene = nj.newton_rings(2.0, 500e-9, view="reflected", screen=0.6633)
+    assert nj.splat(scene, nj.Camera((60, 60), 20e-6), nj.Splat(step=100e-6, epsilon=1e-2)).error > 0.2
+    one = nj.Splat(pairing="pixel", epsilon=1e-8, step=2e-5)
+    scene = nj.newton_rings(2.0, 500e-9, view="reflected", screen=1e-2)
+    assert nj.splat(scene, nj.Camera((60, 60), 20e-6), one).error > 3e-5
