@@ -3,6 +3,7 @@
 from importlib import import_module
 
 _HOME = {
+    "Chain": "mcmc",
     "FitResult": "result",
     "Parameter": "result",
     "RingsResult": "rings_result",
@@ -11,6 +12,7 @@ _HOME = {
     "result_figure": "plot",
     "rings": "orders",
     "rings_figure": "line_plot",
+    "sample": "mcmc",
 }
 
 __all__ = sorted(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]  # lazy exports: one table names them

@@ -49,7 +49,8 @@ def flatten(unknowns: Unknowns) -> Float[Array, " unknowns"]:
     return jnp.concatenate(list(unknowns))
 
 
-def _contrast_at_nodes() -> np.ndarray:
+def contrast_at_nodes() -> np.ndarray:
+    """The polynomials of the contrast, lowest degree first, at the envelope's nodes [nodes, polynomials]."""
     x, y = node_grid(ENVELOPE + 1)
     order = degrees(CONTRAST)
     return chebvander(y, CONTRAST)[:, order[:, 0]] * chebvander(x, CONTRAST)[:, order[:, 1]]
@@ -58,7 +59,7 @@ def _contrast_at_nodes() -> np.ndarray:
 def fields(local: Local, unknowns: Unknowns) -> tuple[Array, Array, Array]:
     """Background coefficients, and modulus and phase at the nodes."""
     phase, shape = local(unknowns.model)
-    return unknowns.background, shape * (jnp.asarray(_contrast_at_nodes()) @ unknowns.contrast), phase
+    return unknowns.background, shape * (jnp.asarray(contrast_at_nodes()) @ unknowns.contrast), phase
 
 
 def _misfit(unknowns: Unknowns, arguments) -> Float[Array, " residuals"]:

@@ -1,10 +1,13 @@
 """What a fit returns: numbers with their standard deviations, the reason where there are none, and a report."""
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
+from fitting.illumination import Fitted
 from fitting.photo import Photograph
+from fitting.quantity import Quantities
 
 # Two-sided 95 % of a normal distribution.
 _COVERAGE = 1.959963984540054
@@ -29,6 +32,15 @@ class Picture:
     weights: np.ndarray
 
 
+class Evidence(NamedTuple):
+    """What a posterior is made of: the fit, what was given, the noise's variance per unit weight, the covariance."""
+
+    found: Fitted
+    known: Quantities
+    variance: float
+    covariance: np.ndarray
+
+
 @dataclass(frozen=True)
 class FitResult:
     """The outcome of `fitting.fit`. Lengths in metres; `None` is what the data do not give.
@@ -42,6 +54,7 @@ class FitResult:
     - `budget`: (source, standard deviation) of the measured quantity, `measured` by name.
     - `parameters` by name; `covariance` of those free, from noise, in the order `names`.
     - `residual` [rows, columns]: photograph less model, in units of the photograph's brightest pixels.
+    - `evidence`: what `fitting.sample` draws from.
     """
 
     status: str
@@ -65,6 +78,7 @@ class FitResult:
     names: tuple[str, ...] = ()
     covariance: np.ndarray | None = None
     picture: Picture | None = None
+    evidence: Evidence | None = field(default=None, repr=False)
 
     @property
     def residual(self) -> np.ndarray | None:

@@ -11,7 +11,7 @@ from fitting.moments import at_pixels
 from fitting.numbers import measured
 from fitting.photo import Photograph
 from fitting.quantity import Quantities
-from fitting.result import FitResult, Picture
+from fitting.result import Evidence, FitResult, Picture
 from fitting.smoothing import reduce
 
 # Residuals are averaged over blocks of this many pixels a side to see whether neighbours err together.
@@ -55,7 +55,9 @@ def summarize(photograph: Photograph, known: Quantities, view: str, found: Fitte
     if numbers["fringe_scale_sd"] > 0.2 * numbers["fringe_scale_per_px2"]:
         message = "the curvature is not determined: its standard deviation exceeds a fifth of its value"
         return FitResult("refused", message, warnings=warnings, seconds=time.perf_counter() - began, **common)
-    return FitResult(**numbers, warnings=warnings, seconds=time.perf_counter() - began, **common)
+    evidence = Evidence(found, known, variance, covariance)
+    seconds = time.perf_counter() - began
+    return FitResult(**numbers, warnings=warnings, seconds=seconds, evidence=evidence, **common)
 
 
 def correlation(residual: np.ndarray, weights: np.ndarray) -> float:

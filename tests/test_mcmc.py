@@ -1,0 +1,118 @@
+"""Chains: they agree with the Laplace covariance where the posterior is normal, and say where they are too short."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from numpy.polynomial.chebyshev import chebval
+from rings_data import WAVELENGTH, rings
+
+import fitting
+import newtonjax as nj
+from fitting.mcmc import split_rhat
+from fitting.posterior import log_density, posterior
+
+GIVEN = {"wavelength": WAVELENGTH, "pixel_size": 5e-6}
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    return fitting.fit(rings(noise=0.05), **GIVEN, pixel_size_sd=1e-8, wavelength_sd=1e-10)
+
+
+@pytest.fixture(scope="module")
+def chain(fitted):
+    return fitting.sample(fitted, steps=3000)
+
+
+def test_mean_and_deviation_of_the_radius_are_those_of_the_fit(fitted, chain):
+    drawn = chain.of("radius")
+    error = np.sqrt(2 / chain.effective)  # of a standard deviation, relative; of the mean, in standard deviations
+    assert chain.message == ""
+    assert abs(drawn.mean() - fitted.radius) < 4 * error * fitted.radius_sd
+    assert drawn.std() == pytest.approx(fitted.radius_sd, rel=4 * error)
+    assert chain.interval("radius")[0] == pytest.approx(fitted.radius_interval[0], abs=0.3 * fitted.radius_sd)
+
+
+def test_given_quantities_are_drawn_from_their_priors(chain):
+    error = 4 * np.sqrt(2 / chain.effective)
+    for name, value, sd in (("pixel_size", 5e-6, 1e-8), ("wavelength", WAVELENGTH, 1e-10)):
+        drawn = chain.of(name)
+        assert drawn.std() == pytest.approx(sd, rel=error)
+        assert abs(drawn.mean() - value) < error * sd
+
+
+def test_diagnostics_of_a_good_chain_are_good(chain):
+    assert chain.effective > 500
+    assert 0.15 < chain.acceptance < 0.9
+    assert np.all(chain.split_rhat < 1.05)
+    assert chain.values.shape == (2250, 32, len(chain.names))
+
+
+def test_a_short_chain_quotes_no_quantile(fitted):
+    short = fitting.sample(fitted, steps=40)
+    with pytest.raises(ValueError, match="shorter than 50 autocorrelation times"):
+        short.interval("radius")
+
+
+def test_a_bench_and_few_rings_have_posteriors_too():
+    scene = nj.newton_rings(2.0, 500e-9, view="reflected", screen=5e-3)
+    image = np.asarray(nj.render(scene, nj.Camera((96, 128), 30e-6), nj.Chebyshev()))
+    image = image / image.max() + 0.05 * np.random.default_rng(0).normal(size=image.shape)
+    result = fitting.fit(image, scene=nj.newton_rings(1.9, 500e-9, view="reflected", screen=5e-3), pixel_size=30e-6)
+    drawn = fitting.sample(result, steps=1500)
+    error = 4 * np.sqrt(2 / drawn.effective)
+    assert drawn.names == ("radius", "centre_x_px", "centre_y_px", "gap_turns")
+    assert abs(drawn.of("radius").mean() - result.radius) < error * result.radius_sd
+    assert drawn.of("radius").std() == pytest.approx(result.radius_sd, rel=error)
+    held = fitting.fit(rings(noise=0.05), **GIVEN, fixed={"gap": 0.0})
+    assert fitting.sample(held, steps=200).names == ("radius", "centre_x_px", "centre_y_px")
+
+
+def test_the_density_is_the_all_pixel_likelihood_with_the_illumination_integrated_out(fitted):
+    """Against NumPy on every pixel: the same differences of log-density between points, priors included."""
+    found, known, variance, covariance = fitted.evidence
+    target = posterior(found, known, variance, covariance)
+    points = np.random.default_rng(3).normal(size=(4, target.dimensions))
+    ours = np.asarray(log_density(target, jnp.asarray(points)))
+    rows, columns = found.weights.shape
+    y, x = np.meshgrid(2 * np.arange(rows) / (rows - 1) - 1, 2 * np.arange(columns) / (columns - 1) - 1, indexing="ij")
+
+    def basis(degree):
+        return [chebval(y, np.eye(7)[j]) * chebval(x, np.eye(7)[total - j])
+                for total in range(degree + 1) for j in range(total + 1)]  # fmt: skip
+
+    theirs = []
+    for point in points:
+        (turns, dx, dy, phase), factors = target.numbers(jnp.asarray(point))
+        frame, given = found.model.frame, {n: known.given[n] * f for n, f in zip(target.given, factors, strict=True)}
+        px, py = frame.middle[0] * (1 + x), frame.middle[1] * (1 + y)
+        r2 = (px - frame.middle[0] - dx * frame.unit) ** 2 + (py - frame.middle[1] - dy * frame.unit) ** 2
+        k = turns / frame.unit**2
+        curvature = k * given["wavelength"] / given["pixel_size"]  # s/R in 1/px: k λ / s
+        angle = 2 * np.pi * (2 * k * r2 / (1 + np.sqrt(1 - curvature**2 * r2)) + phase)
+        cosine = np.cos(np.asarray(angle))
+        columns = [*basis(found.shape[0]), *(b * cosine for b in basis(found.shape[1]))]
+        design = np.stack([column.ravel() for column in columns], axis=1)
+        normal = design.T @ design
+        best = np.linalg.solve(normal, design.T @ fitted.picture.photograph.image.ravel())
+        chi2 = np.sum((fitted.picture.photograph.image.ravel() - design @ best) ** 2)
+        steps = point[len(target.moving) :]
+        theirs.append(-0.5 * (chi2 / variance + np.linalg.slogdet(normal)[1] + steps @ steps))
+    np.testing.assert_allclose(np.diff(ours), np.diff(theirs), atol=1e-4)
+
+
+def test_rhat_sees_chains_that_differ():
+    random = np.random.default_rng(0).normal(size=(400, 8, 2))
+    random[:, :4, 1] += 3
+    good, bad = split_rhat(random)
+    assert good < 1.02
+    assert bad > 1.5
+
+
+def test_what_cannot_be_drawn_from_is_refused(fitted):
+    with pytest.raises(ValueError, match="has no posterior: it is refused"):
+        fitting.sample(fitting.fit(np.zeros((64, 64)) + np.eye(64), **GIVEN))
+    with pytest.raises(ValueError, match="walkers is 3"):
+        fitting.sample(fitted, walkers=3)
+    with pytest.raises(ValueError, match="steps is 2"):
+        fitting.sample(fitted, steps=2)
