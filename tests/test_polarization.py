@@ -27,13 +27,12 @@ def image(scene, method):
     return np.asarray(nj.render(scene, CAMERA, method))
 
 
-@pytest.mark.parametrize("method", [nj.Traced(), SPLAT])
-def test_at_brewsters_angle_a_wedge_reflects_no_p_light(method):
+def test_at_brewsters_angle_a_wedge_reflects_no_p_light():
     """Tan i = n (Brewster 1815); at the inner faces of the plates the angle is the complement, and Brewster's too."""
     seen = {}
     for name, angle in (("s", np.pi / 2), ("p", 0.0)):  # light tilted about y travels in the x-z plane
         wedge = nj.air_wedge(1e-4, 500e-9, 5e-6, light_tilt=(0.0, np.arctan(1.5)), polarization=angle)
-        seen[name] = image(wedge, method)
+        seen[name] = image(wedge, nj.Traced())
     assert seen["s"].min() > 0
     assert seen["p"].max() < 1e-6 * seen["s"].mean()
     assert seen["s"].max() > 0.05
