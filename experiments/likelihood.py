@@ -84,7 +84,7 @@ def likelihood(size: int, repeats: int) -> dict:
     @jax.jit
     def from_moments(numbers, background, contrast, kept):
         phase, shape = model(numbers)
-        modulus = shape * (jnp.asarray(ls._contrast_at_nodes()) @ contrast)
+        modulus = shape * (jnp.asarray(ls.contrast_at_nodes()) @ contrast)
         left = residuals(kept, model_coefficients(background, modulus, phase, kept.reference))
         return -(left @ left + kept.rest) / (2 * NOISE**2)
 

@@ -88,7 +88,7 @@ def _outlier(order, y, sd, kept) -> int | None:
     others = (left @ left - left**2 / free) / (count - 3)
     if sd is not None:
         others = np.maximum(others, 1.0)
-    elif np.all(others < 1e-24 * np.mean(y**2)):
+    elif np.all(others <= 1e-24 * np.mean(y**2)):
         return None  # rounding of readings that lie on a line
     size = np.abs(left) / np.sqrt(np.maximum(others, 1e-300) * free)
     worst = int(np.argmax(size))
@@ -103,7 +103,9 @@ def _off(order, y, sd, kept, one: int) -> float:
     rest = kept.copy()
     rest[one] = False
     (slope, intercept), _ = straight_line(order[rest], y[rest], None if sd is None else sd[rest])
-    return float((y[one] - slope * order[one] - intercept) / slope)
+    away = y[one] - slope * order[one] - intercept
+    # On a level line no reading has an order.
+    return float(away / slope) if slope else float(np.sign(away)) * np.inf if away else 0.0
 
 
 def _recounted(order, y, sd, flags: list[str]) -> np.ndarray:

@@ -6,7 +6,7 @@ import emcee
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.posterior import draws, log_density, posterior
+from fitting.posterior import NEAR, Posterior, draws, largest_excursion, log_density, posterior
 from fitting.result import FitResult
 from newtonjax.precision import x64
 
@@ -76,9 +76,10 @@ def sample(result: FitResult, *, walkers: int = 32, steps: int = 2000, seed: int
         )
         generator = np.random.RandomState(seed)
         sampler.random_state = generator.get_state()
-        sampler.run_mcmc(generator.normal(size=(walkers, target.dimensions)), steps)
+        sampler.run_mcmc(_inside(target, generator.normal(size=(walkers, target.dimensions))), steps)
         burned = steps // 4
         points, log_prob = (np.asarray(get(discard=burned)) for get in (sampler.get_chain, sampler.get_log_prob))
+        excursion = float(largest_excursion(target, jnp.asarray(points.reshape(-1, target.dimensions))))
         drawn = draws(target, found, known, points.reshape(-1, target.dimensions))
     values = drawn.values.reshape(*points.shape[:2], -1)
     time = np.atleast_1d(emcee.autocorr.integrated_time(values, quiet=True, tol=0))
@@ -88,6 +89,11 @@ def sample(result: FitResult, *, walkers: int = 32, steps: int = 2000, seed: int
         message = (
             f"the chain of {length} steps is shorter than {_LONG} autocorrelation times of {slowest:.0f} steps: "
             f"take at least {int(_LONG * slowest * 4 / 3) + 1 if np.isfinite(slowest) else 4 * steps} steps"
+        )
+    if excursion > 0.9 * NEAR:
+        message = (
+            f"the posterior reaches {excursion:.2g} turns from the fit, where the image's moments end ({NEAR:g}): the "
+            "draws are cut off there; take more rings into the picture"
         )
     return Chain(
         drawn.names,
@@ -99,6 +105,13 @@ def sample(result: FitResult, *, walkers: int = 32, steps: int = 2000, seed: int
         split_rhat(values),
         message,
     )
+
+
+def _inside(target: Posterior, points: np.ndarray) -> np.ndarray:
+    """Points drawn together about the optimum until each has a density: a wide posterior ends where the moments do."""
+    while not np.isfinite(np.asarray(log_density(target, jnp.asarray(points)))).all():
+        points = points / 2
+    return points
 
 
 def split_rhat(values: np.ndarray) -> np.ndarray:

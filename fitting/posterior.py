@@ -10,14 +10,13 @@ from jaxtyping import Array, Float
 
 from fitting import least_squares as ls
 from fitting.illumination import Fitted, numbers_of
-from fitting.models import GapModel, SceneModel, as_arrays, change
+from fitting.models import GapModel, SceneModel, as_arrays, change, held_numbers
 from fitting.moments import BACKGROUND, Moments, degrees, model_coefficients
 from fitting.quantity import EXPONENTS, Quantities
 from newtonjax.gap import required_gap
 
 # A phase further from the moments' reference [turns] is not resolved by their basis: chi-squared is off by 1e-5 there.
 NEAR = 0.4
-_NUMBERS = ("measured", "centre_x", "centre_y", "gap")
 
 
 class Posterior(eqx.Module):
@@ -40,14 +39,25 @@ class Posterior(eqx.Module):
     shape: tuple[int, int] = eqx.field(static=True)
 
     def __call__(self, point: Float[Array, " dimensions"]) -> Float[Array, ""]:
-        """Log-density up to a constant; -inf where the moments do not hold it (see `excursion`)."""
-        free, factors = self.numbers(point)
-        phase, contrast = _with(self.model, self.unknown, dict(zip(self.given, factors, strict=True)))(free)
+        """Log-density up to a constant; -inf where the moments do not hold it."""
+        phase, contrast = self._fields(point)
+        _, factors = self.numbers(point)
         chi2, volume = _marginal(self.kept, phase, contrast, self.shape)
         steps = point[len(self.moving) :]
         density = -0.5 * (chi2 / self.variance + volume + steps @ steps)
-        known = (jnp.abs(phase - self.kept.reference).max() < NEAR) & (factors > 0).all() & jnp.isfinite(density)
+        known = (self._away(phase) < NEAR) & (factors > 0).all() & jnp.isfinite(density)
         return jnp.where(known, density, -jnp.inf)
+
+    def excursion(self, point: Float[Array, " dimensions"]) -> Float[Array, ""]:
+        """Largest distance of the phase from the moments' reference [turns]."""
+        return self._away(self._fields(point)[0])
+
+    def _away(self, phase: Float[Array, " nodes"]) -> Float[Array, ""]:
+        return jnp.abs(phase - self.kept.reference).max()
+
+    def _fields(self, point: Float[Array, " dimensions"]) -> Float[Array, "2 nodes"]:
+        free, factors = self.numbers(point)
+        return _with(self.model, self.unknown, dict(zip(self.given, factors, strict=True)))(free)
 
     def numbers(self, point: Float[Array, " dimensions"]) -> tuple[Float[Array, " free"], Float[Array, " given"]]:
         """The model's free numbers at a point, and the factors of what is given."""
@@ -66,10 +76,15 @@ def log_density(target: Posterior, points: Float[Array, "walkers dimensions"]) -
     return jax.vmap(target)(points)
 
 
+@eqx.filter_jit
+def largest_excursion(target: Posterior, points: Float[Array, "n dimensions"]) -> Float[Array, ""]:
+    """Of any of the points [turns]."""
+    return jax.lax.map(target.excursion, points, batch_size=1024).max()
+
+
 def posterior(found: Fitted, known: Quantities, variance: float, covariance: np.ndarray) -> Posterior:
     """The posterior of a finished fit, for the noise's variance per unit weight and the covariance at the optimum."""
-    held = ((1, 2) if "centre_px" in found.fixed else ()) + ((3,) if "gap" in found.fixed else ())
-    moving = tuple(k for k in range(4) if k not in held)
+    moving = tuple(k for k in range(4) if k not in held_numbers(found.fixed))
     given = tuple(known.sd) if known.unknown else ()
     inner = covariance[np.ix_(moving, moving)]
     return Posterior(

@@ -22,8 +22,8 @@ class Shield(eqx.Module):
     """An opaque plane with a round hole on the way to the screen (Debelov and Dolgov 2021, figure 5).
 
     A ray counts if the straight line on which it leaves the last surface passes through the hole, which stands between
-    there and the screen, or its collecting lens; light on its way in is not cut. The image has an
-    edge then, which `Traced` and `Splat` draw; a derivative does not see the edge move.
+    there and the screen, or its collecting lens; light on its way in is not cut. The image has an edge then, which
+    `Traced` and `Splat` draw; a derivative does not see the edge move.
 
     - `radius`: of the hole [m].
     - `vertex`: its centre (x, y, z) [m].

@@ -1,5 +1,7 @@
 """Chains: they agree with the Laplace covariance where the posterior is normal, and say where they are too short."""
 
+from dataclasses import replace
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -99,6 +101,14 @@ def test_the_density_is_the_all_pixel_likelihood_with_the_illumination_integrate
         steps = point[len(target.moving) :]
         theirs.append(-0.5 * (chi2 / variance + np.linalg.slogdet(normal)[1] + steps @ steps))
     np.testing.assert_allclose(np.diff(ours), np.diff(theirs), atol=1e-4)
+
+
+def test_a_posterior_wider_than_the_moments_quotes_no_quantile(fitted):
+    seen = fitted.evidence
+    wide = replace(fitted, evidence=seen._replace(variance=seen.variance * 1e9, covariance=seen.covariance * 1e9))
+    drawn = fitting.sample(wide, steps=300)
+    with pytest.raises(ValueError, match="where the image's moments end"):
+        drawn.interval("radius")
 
 
 def test_rhat_sees_chains_that_differ():
