@@ -10,15 +10,14 @@ of the truth, the mean error and the scatter, both over the reported standard de
 
 import argparse
 import json
-from pathlib import Path
 
 import jax
 import numpy as np
+import records
 
 import fitting
 import newtonjax as nj
 
-RESULTS = Path(__file__).parent / "results"
 RADIUS, WAVELENGTH, PIXEL = 2.0, 589.3e-9, 10e-6
 
 
@@ -65,8 +64,7 @@ def main() -> None:
             print(json.dumps(table[-1]), flush=True)
     assert all(abs(line["scene_bias_without_noise"]) < 1e-6 for line in table), "the traced model is biased"
     if not options.quick:
-        RESULTS.mkdir(exist_ok=True)
-        (RESULTS / "benches.json").write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
+        records.save("benches", table)
 
 
 if __name__ == "__main__":

@@ -49,7 +49,7 @@ def main() -> None:
             "share_of_the_light": energies[bench.beams[-1]] / sum(energies[word] for word in bench.beams),
             "contrast": {method: contrast(image) for method, image in images[name].items()},
             "largest_difference": float(np.abs(found.image - exact).max() / exact.max()),
-            "predicted_phase_error_turns": found.error,
+            "phase_error_turns": found.error,
             **found.pairs._asdict(),
         }
         print(name, table[name])

@@ -75,7 +75,7 @@ def main() -> None:
         table[f"splat, {name}"] = {
             **found.pairs._asdict(),
             "contrast": contrast(found.image),
-            "predicted_phase_error_turns": found.error,
+            "phase_error_turns": found.error,
         }
         table[f"traced, {name}"] = {"contrast": contrast(traced[name])}
     for name in sets:

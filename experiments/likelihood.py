@@ -12,11 +12,11 @@ search. 1024 x 1024 pixels; medians and ratios of one run.
 import argparse
 import json
 import time
-from pathlib import Path
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+import records
 from scipy.optimize import least_squares
 
 import fitting
@@ -24,7 +24,6 @@ from fitting import least_squares as ls
 from fitting.models import GapModel, as_arrays, frame_of, localize
 from fitting.moments import model_coefficients, moments, residuals
 
-RESULTS = Path(__file__).parent / "results"
 WAVELENGTH, PIXEL, RADIUS, NOISE = 589.3e-9, 5e-6, 1.0, 0.05
 
 
@@ -187,8 +186,7 @@ def main() -> None:
     print(json.dumps(found, indent=1))
     assert found["likelihood"]["largest_error"] < 1e-3, "the moments are not the likelihood"
     if not options.quick:
-        RESULTS.mkdir(exist_ok=True)
-        (RESULTS / "likelihood.json").write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        records.save("likelihood", found)
 
 
 if __name__ == "__main__":

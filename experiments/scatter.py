@@ -13,11 +13,10 @@ import json
 import multiprocessing
 import os
 import sys
-from pathlib import Path
 
 import numpy as np
+import records
 
-RESULTS = Path(__file__).parent / "results"
 WAVELENGTH, SIZE, NOISE, CENTRE = 589.3e-9, 512, 0.05, (13.3, -8.7)
 CASES = {0.1: 5e-6, 0.3: 5e-6, 1.0: 5e-6, 3.0: 10e-6}
 
@@ -101,8 +100,7 @@ def main() -> None:
     for line in table:
         print(json.dumps(line))
     if not options.quick:
-        RESULTS.mkdir(exist_ok=True)
-        (RESULTS / "scatter.json").write_text(json.dumps(table, indent=1) + "\n", encoding="utf-8")
+        records.save("scatter", table)
         draw(rows)
     assert all(line["locked"] == line["seeds"] for line in table), "a seed did not lock"
 
@@ -139,7 +137,7 @@ def draw(rows: list) -> None:
         axes.hist(errors, bins=40, range=(-4, 4), density=True, color="0.7")
         axes.plot(at, np.exp(-(at**2) / 2) / np.sqrt(2 * np.pi), color="tab:red", lw=1)
         axes.set(title=f"R = {radius:g} m", xlabel="error / Cramér–Rao sd")
-    figure.savefig(RESULTS / "scatter.png", dpi=100)
+    figure.savefig(records.RESULTS / "scatter.png", dpi=100)
 
 
 if __name__ == "__main__":

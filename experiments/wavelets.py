@@ -1,12 +1,12 @@
-"""Claim: the spherical wavelets of `Splat` err by the second order of a pair's separation, and by no more.
+"""Claim: the spherical wavelets of `Splat` err by the second order of a pair's separation.
 
 Debelov and Dolgov (2021, section 5) leave open how far their algorithm reaches. Here the phase that it gives a pair of
 rays at the midpoint of their landing points is compared with the exact one, traced to that very point (500 nm). The
 prediction is Fermat's: half the separation's square times the curvature of the wavefronts that spheres about the last
-surface points get wrong. Measured: R = 2 m within 3 mm of the axis over screens from 0.1 mm to 10 m; lenses from 10 mm
-to 10 m within their tenth ring over the same screens, with the boundaries of 1/100 and 1/10 wave; gaps up to 10 mm; and
-tilts of the light and of the lens. Where a caustic lies between lens and screen the wavelets, which know no quarter
-turns, are not compared but marked.
+surface points get wrong; with the screen at 0.3 mm and nearer, higher orders add to it. Measured: R = 2 m within 3 mm
+of the axis over screens from 0.1 mm to 10 m; lenses from 10 mm to 10 m within their tenth ring over the same screens,
+with the boundaries of 1/100 and 1/10 wave; gaps up to 10 mm; and tilts of the light and of the lens. Where a caustic
+lies between lens and screen the wavelets, which know no quarter turns, are not compared but marked.
 
     python experiments/wavelets.py [--quick]
 """

@@ -138,6 +138,15 @@ def curved_surface(scene: Scene) -> int:
     return curved[0]
 
 
+def quantities_of(scene: Scene, face: int) -> dict[str, float]:
+    """The bench's own radius and wavelength [m], and the gap's index."""
+    return {
+        "radius": abs(1 / float(scene.surfaces[face].curvature)),
+        "wavelength": float(scene.wavelength),
+        "index": float(scene.media[required_gap(scene) + 1]),
+    }
+
+
 def change(scene: Scene, quantity: str, factor, face: int) -> Scene:
     """The scene with a quantity multiplied: a face's radius, the wavelength, or the gap's index."""
     if quantity == "wavelength":

@@ -6,12 +6,11 @@ import numpy as np
 
 from fitting import least_squares as ls
 from fitting.illumination import Fitted, numbers_of
-from fitting.models import SceneModel, as_arrays, change, localize
+from fitting.models import SceneModel, as_arrays, change, localize, quantities_of
 from fitting.moments import model_coefficients, residuals
 from fitting.quantity import EXPONENTS, Quantities
 from fitting.result import Parameter, interval
 from fitting.scene_start import gap_height
-from newtonjax.gap import required_gap
 
 
 def measured(found: Fitted, known: Quantities, view: str, covariance: np.ndarray) -> dict:
@@ -97,12 +96,7 @@ def _of_gap(model, known: Quantities, view: str, free: np.ndarray):
 def _of_scene(model: SceneModel, known: Quantities, free: np.ndarray):
     """As `_of_gap`; the gap is the scene's with the fitted rise, known modulo half a wavelength in its medium."""
     scene = model.scene
-    values = {
-        "radius": abs(1 / float(scene.surfaces[model.face].curvature)),
-        "wavelength": float(scene.wavelength),
-        "pixel_size": float(model.pixel_size),
-        "index": float(scene.media[required_gap(scene) + 1]),
-    }
+    values = {**quantities_of(scene, model.face), "pixel_size": float(model.pixel_size)}
     slope, period = values[known.measured], values["wavelength"] / 2
     values[known.measured] *= 1 + float(free[0])
     scale = values["index"] * values["pixel_size"] ** 2 / (values["radius"] * values["wavelength"])

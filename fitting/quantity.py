@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -84,15 +85,15 @@ class Quantities:
             raise ValueError(f"{missing} are not given; one quantity can be measured when the other three are given")
         return self.unknown
 
-    def solve(self, scale: float) -> float:
-        """The unknown quantity for a fringe scale [1/px²]."""
+    def solve(self, scale, other: Mapping = MappingProxyType({})):
+        """The unknown quantity for a fringe scale [1/px²], with `other` values in place of given ones; arrays too."""
         exponent = EXPONENTS[self.measured]
-        known = sum(EXPONENTS[name] * np.log(value) for name, value in self.given.items())
-        return float(np.exp((np.log(scale) - known) / exponent))
+        known = sum(EXPONENTS[name] * np.log(value) for name, value in {**self.given, **other}.items())
+        return np.exp((np.log(scale) - known) / exponent)
 
     def values(self, scale: float) -> dict[str, float]:
         """All four quantities for a fringe scale."""
-        return {**self.given, self.measured: self.solve(scale)}
+        return {**self.given, self.measured: float(self.solve(scale))}
 
     def sphere(self, scale: float) -> tuple[float, float]:
         """Factor and power of the sphere's curvature in 1/px, factor scale^power; factor 0 where it is not known.

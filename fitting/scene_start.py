@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.models import Frame, SceneModel, as_arrays, change, curved_surface, held_numbers, localize
+from fitting.models import Frame, SceneModel, as_arrays, change, curved_surface, held_numbers, localize, quantities_of
 from fitting.quantity import Quantities
 from newtonjax.fields import fields_at
 from newtonjax.gap import required_gap
@@ -31,12 +31,8 @@ def scene_start(scene: Scene, known: Quantities, frame: Frame, gap: np.ndarray, 
 
     Raises ValueError where the bench's beams do not reach the whole image.
     """
-    upper, at = required_gap(scene), curved_surface(scene)
-    own = {
-        "radius": abs(1 / float(scene.surfaces[at].curvature)),
-        "wavelength": float(scene.wavelength),
-        "index": float(scene.media[upper + 1]),
-    }
+    at = curved_surface(scene)
+    own = quantities_of(scene, at)
     place, rise = gap[1:3], 0.0
     if "centre_px" in fixed:
         place = [(c - m) / frame.unit for c, m in zip(fixed["centre_px"], frame.middle, strict=True)]

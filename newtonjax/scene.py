@@ -50,7 +50,8 @@ class Scene(eqx.Module):
         require("media", self.media, "positive refractive indices", positive)
         if is_concrete(self.screen.curvature) and np.any(np.asarray(self.screen.curvature) != 0):
             raise ValueError(f"screen.curvature is {self.screen.curvature}; allowed: 0, the screen is a plane")
-        if is_concrete(self.surfaces, self.screen, self.shield, self.collecting_lens):
+        beside = self.shield, self.collecting_lens
+        if any(part is not None for part in beside) and is_concrete(self.surfaces, self.screen, beside):
             check_way(self)
 
     @property
