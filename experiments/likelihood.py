@@ -75,7 +75,7 @@ def likelihood(size: int, repeats: int) -> dict:
     stretch = frame.unit / half  # the model counts in half diagonals, the exact one in half sides
 
     def free(values):
-        return jnp.array([values[0] * stretch**2, values[1] / stretch, values[2] / stretch, values[3]])
+        return jnp.array([values[0] * stretch**2, values[1] / stretch, values[2] / stretch, values[3], *[0.0] * 5])
 
     kept = moments(jnp.asarray(image), jnp.ones_like(image), localize(model, free(best)).value[0])
     chebyshev_of = _to_chebyshev()

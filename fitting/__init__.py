@@ -3,7 +3,7 @@
 from importlib import import_module
 
 _HOME = {
-    "Chain": "mcmc",
+    "Chain": "chain",
     "FitResult": "result",
     "Parameter": "result",
     "RingsResult": "rings_result",
@@ -13,6 +13,8 @@ _HOME = {
     "rings": "orders",
     "rings_figure": "line_plot",
     "sample": "mcmc",
+    "scale": "reticle",
+    "Scale": "scale_result",
 }
 
 __all__ = sorted(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]  # lazy exports: one table names them

@@ -12,16 +12,26 @@ _EXIT = {"ok": 0, "no-scale": 0, "refused": 3, "not-converged": 4}
 _NAMES = {"picture": "result.png", "report": "report.txt", "json": "result.json"}
 
 
+class Extras(NamedTuple):
+    """What a verb adds: keys of the answer, text after the report, files of the folder made from the picture."""
+
+    answer: dict[str, Any] = {}  # noqa: RUF012 (never changed)
+    text: str = ""
+    files: Callable[[bytes], dict[str, bytes | str]] | None = None
+
+
 class Outputs(NamedTuple):
-    """Where the answer goes: a JSON file or "-", a folder, and whether files there may be replaced."""
+    """Where the answer goes: a JSON file or "-", a folder, whether files there may be replaced, and more of them."""
 
     json: str | None = None
     folder: Path | None = None
     force: bool = False
+    more: tuple[str, ...] = ()
 
     def in_folder(self) -> dict[str, Path]:
-        """The files of the folder by what they hold."""
-        return {} if self.folder is None else {kind: self.folder / name for kind, name in _NAMES.items()}
+        """The files of the folder by what they hold; `more` of them by their own names."""
+        names = _NAMES | {name: name for name in self.more}
+        return {} if self.folder is None else {kind: self.folder / name for kind, name in names.items()}
 
     def check(self, keep: tuple[Path, ...]) -> None:
         """Make the folder, and refuse before the work starts what cannot be written; `keep` is what the command reads.
@@ -34,22 +44,28 @@ class Outputs(NamedTuple):
             self.folder.mkdir(parents=True, exist_ok=True)
         output.check_free([*self.in_folder().values(), *filter(None, [self._json_path()])], self.force, keep=keep)
 
-    def write(self, result, picture: Callable[[Any], bytes]) -> int:
-        """Print the report, or why there is no answer, and write the files that were asked for; the exit status."""
-        status = _EXIT[result.status]
-        answer = output.json_text(result.as_dict())
+    def write(self, result, picture: Callable[[Any], bytes], extras: Extras | None = None) -> int:
+        """Print the report, or why there is no answer, and write the files that were asked for; the exit status.
+
+        `extras`: more for the answer, for the text, and for the folder.
+        """
+        status, extras = _EXIT[result.status], extras or Extras()
+        answer, text = output.json_text(result.as_dict() | extras.answer), result.report() + extras.text
         paths = self.in_folder()
         if self.json == "-":
             sys.stdout.write(answer)
         elif status != 3:
-            print(result.report())
+            print(text)
         if path := self._json_path():
             output.write(path, answer, self.force)
         if paths:
-            output.write(paths["report"], result.report() + "\n", self.force)
+            output.write(paths["report"], text + "\n", self.force)
             output.write(paths["json"], answer, self.force)
         if paths and status != 3:
-            output.write(paths["picture"], picture(result), self.force)
+            drawn = picture(result)
+            output.write(paths["picture"], drawn, self.force)
+            for name, content in (extras.files(drawn) if extras.files else {}).items():
+                output.write(paths[name], content, self.force)
         if status:
             print(f"newtonjax: {result.status}: {' '.join(result.message.split())}", file=sys.stderr)
         return status

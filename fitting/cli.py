@@ -12,15 +12,18 @@ from fitting.options import (
     Angle,
     Beams,
     Collecting,
+    Contact,
     Epsilon,
     Force,
     Gap,
     Json,
+    MaskImage,
     OutputDir,
     Pixel,
     PixelSd,
     Polarization,
     Radius,
+    ScaleFrom,
     Screen,
     ScreenPixel,
     Shape,
@@ -48,7 +51,7 @@ def main(arguments: list[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a λ must not cost the answer where the terminal has none
     if not arguments:
-        return _fail("no verb given; give render, fit, rings or demo (newtonjax --help explains them)")
+        return _fail("no verb given; give render, fit, scale, rings or demo (newtonjax --help explains them)")
     try:
         return app(args=arguments, prog_name="newtonjax", standalone_mode=False) or 0
     except typer.TyperException as error:
@@ -142,6 +145,10 @@ def fit(
         Path | None, typer.Option(metavar="SCENE.toml", help="A bench to trace instead of the gap alone.")
     ] = None,
     transfer: Transfer = None,
+    scale_from: ScaleFrom = None,
+    contact: Contact = None,
+    mask: MaskImage = None,
+    mcmc: Annotated[bool, typer.Option("--mcmc", help="Draw from the posterior too (emcee).")] = False,
     json: Json = None,
     output_dir: OutputDir = None,
     force: Force = False,
@@ -149,12 +156,49 @@ def fit(
     """Measure the lens radius from a photograph of rings, with its standard deviation and where that comes from.
 
     Two of wavelength, pixel size and radius give the third. Without a pixel size the answer is the fringe scale.
+    An oblique view, a distortion of the camera and a flattened contact are in the model where the image calls for them.
     """
     from fitting import fit_verb
     from fitting.answer import Outputs
 
-    given = fit_verb.Given(wavelength, pixel_size, wavelength_sd, pixel_size_sd, radius, view, scene, transfer)
+    given = fit_verb.Given(
+        wavelength,
+        pixel_size,
+        wavelength_sd,
+        pixel_size_sd,
+        radius,
+        view,
+        scene,
+        transfer,
+        scale_from,
+        contact,
+        mask,
+        mcmc,
+    )
     return fit_verb.run(photo, given, Outputs(json, output_dir, force))
+
+
+@app.command()
+def scale(
+    reticle: Annotated[Path, typer.Argument(metavar="RETICLE", help="Photograph of a ruled grid, at any angle.")],
+    division: Annotated[float, option(quantities.positive_length, "LENGTH", "Distance of two lines of the grid.")],
+    division_sd: Annotated[
+        float | None, option(quantities.length_from_zero, "LENGTH", "Standard deviation of that distance.")
+    ] = None,
+    transfer: Transfer = None,
+    json: Json = None,
+    output_dir: OutputDir = None,
+    force: Force = False,
+) -> int:
+    """Measure the pixel size on the object from a photograph of a ruled grid, with its standard deviation.
+
+    The JSON that it writes is what `newtonjax fit --scale-from` reads.
+    """
+    from fitting import scale_verb
+    from fitting.answer import Outputs
+
+    given = {"division": division, "division_sd": division_sd, "transfer": transfer}
+    return scale_verb.run(reticle, given, Outputs(json, output_dir, force))
 
 
 @app.command()

@@ -1,15 +1,17 @@
 """The verbs `fit` and `demo`: from a photograph and options to an answer on the screen and in files."""
 
+import shlex
+import sys
 import tomllib
 from importlib.resources import as_file, files
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import fitting
-from fitting import session
-from fitting.answer import Outputs, as_png
+from fitting import scale_verb, session
+from fitting.answer import Extras, Outputs, as_png
 from fitting.lamps import Wavelength
-from fitting.progress import progress
+from fitting.progress import progress, steps
 
 
 class Given(NamedTuple):
@@ -23,16 +25,51 @@ class Given(NamedTuple):
     view: str | None = None
     scene: Path | None = None
     transfer: float | str | None = None
+    scale_from: Path | None = None
+    contact: bool | None = None
+    mask: Path | None = None
+    mcmc: bool = False
 
 
 def run(photo: Path, given: Given, outputs: Outputs) -> int:
     """Fit, report, write; the exit status."""
+    pictures = ("corner.png", "trace.png") if given.mcmc else ()
+    outputs = outputs._replace(more=("report.html", *pictures))
     _check(photo, given, outputs)
     session.prepare()
     arguments = _arguments(given)
     with progress(f"fitting {photo.name}"):
         result = fitting.fit(photo, **arguments)
-    return outputs.write(result, _picture)
+    chain = _chain(result, outputs) if given.mcmc and result.evidence is not None else None
+    return outputs.write(result, _picture, _extras(result, photo, chain))
+
+
+def _chain(result, outputs: Outputs):
+    """Draws from the posterior; in a folder every step is kept, and a chain that was broken off goes on."""
+    file = None if outputs.folder is None else outputs.folder / "chain.h5"
+    if file is not None and outputs.force:
+        file.unlink(missing_ok=True)
+    with steps("drawing from the posterior") as report:
+        return fitting.sample(result, file=file, progress=report)
+
+
+def _extras(result, photo: Path, chain) -> Extras:
+    command = " ".join(["newtonjax", *map(shlex.quote, sys.argv[1:])])
+
+    def files(picture: bytes) -> dict[str, bytes | str]:
+        drawn, made = {"Photograph and fit": picture}, {}
+        if chain is not None:
+            from fitting.chain_plot import corner_figure, trace_figure
+
+            made = {"corner.png": as_png(corner_figure(chain)), "trace.png": as_png(trace_figure(chain))}
+            drawn |= {"Posterior": made["corner.png"], "Chain": made["trace.png"]}
+        from fitting.html import page
+
+        return {**made, "report.html": page(result, photo, command, drawn, chain)}
+
+    if chain is None:
+        return Extras(files=files)
+    return Extras({"posterior": chain.as_dict()}, "\n" + chain.report(), files)
 
 
 def demo(folder: Path, force: bool) -> int:
@@ -53,21 +90,32 @@ def demo(folder: Path, force: bool) -> int:
 
 def _check(photo: Path, given: Given, outputs: Outputs) -> None:
     """Refuse before anything slow starts what cannot be read or written."""
-    for path, what in ((photo, "photograph"), (given.scene, "scene")):
+    read = {photo: "photograph", given.scene: "scene", given.mask: "mask", given.scale_from: "scale's JSON"}
+    for path, what in read.items():
         if path is not None and not path.is_file():
             raise FileNotFoundError(f"{path} is no file; give the path of a {what}")
-    outputs.check(tuple(filter(None, [photo, given.scene])))
+    if given.scale_from is not None and given.pixel_size is not None:
+        raise ValueError("--scale-from and --pixel-size both give the pixel size; leave one out")
+    outputs.check(tuple(filter(None, read)))
 
 
 def _arguments(given: Given) -> dict:
     """The arguments of `fitting.fit`; what a scene file says stands in for what was not given."""
-    known = {
+    from fitting.photo import read_mask
+
+    known: dict[str, Any] = {
         "wavelength_sd": given.wavelength_sd,
         "pixel_size": given.pixel_size,
         "pixel_size_sd": given.pixel_size_sd,
         "radius": given.radius,
         "transfer": given.transfer,
     }
+    if given.mask is not None:
+        known["mask"] = read_mask(given.mask)
+    if given.contact is not None:
+        known["parts"] = {"contact": given.contact}
+    if given.scale_from is not None:
+        known |= scale_verb.from_file(given.scale_from)
     if given.scene is None:
         wavelength = None if given.wavelength is None else given.wavelength.within(1.0)
         return {**known, "wavelength": wavelength, "view": given.view or "reflected"}
@@ -80,7 +128,7 @@ def _arguments(given: Given) -> dict:
         known["wavelength"] = given.wavelength.within(float(scene.media[0]))
     elif given.radius is None:
         known["wavelength"] = float(scene.wavelength)
-    if given.pixel_size is None and camera is not None:
+    if known["pixel_size"] is None and camera is not None:
         known["pixel_size"] = float(camera.pixel_size)
     return {**known, "view": scene.view, "scene": scene}
 

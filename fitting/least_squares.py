@@ -84,20 +84,28 @@ def solve(local: Local, kept: Moments, start: Unknowns, active: Bool[Array, " un
     arguments = (local, kept, active, held, 1 / jnp.sqrt(kept.power))
     found = optx.least_squares(_misfit, solver, start, arguments, max_steps=60, throw=False)
     unknowns = _hold(found.value, active, held)
-
-    def image(u):
-        return residuals(kept, model_coefficients(*fields(local, u), kept.reference))
-
-    left = image(unknowns)
+    left, jacobian = tangent(local, kept, unknowns)
     return Solution(
         unknowns,
         left @ left + kept.rest,
         found.result == optx.RESULTS.successful,
-        jnp.concatenate(list(jax.jacfwd(image)(unknowns)), axis=1),
+        jacobian,
         active,
         jnp.abs(local(unknowns.model)[0] - kept.reference).max(),
         fields(local, unknowns),
     )
+
+
+@eqx.filter_jit
+def tangent(
+    local: Local, kept: Moments, unknowns: Unknowns
+) -> tuple[Float[Array, " basis"], Float[Array, "basis unknowns"]]:
+    """The residuals, and their Jacobian in the order of the flattened unknowns."""
+
+    def image(u):
+        return residuals(kept, model_coefficients(*fields(local, u), kept.reference))
+
+    return image(unknowns), jnp.concatenate(list(jax.jacfwd(image)(unknowns)), axis=1)
 
 
 @eqx.filter_jit
@@ -129,18 +137,48 @@ def choose_shape(solution: Solution, free: int, pixels: float, held: tuple[int, 
     Judged on the linearized model at the optimum of full degree: setting the other coefficients to zero costs a rise of
     chi-squared that linear algebra gives at once.
     """
-    jacobian, unknowns = np.asarray(solution.jacobian), np.asarray(flatten(solution.unknowns))
-    full, chi2 = np.asarray(solution.active), float(solution.chi2)
-    variance = chi2 / max(pixels - full.sum(), 1)
+    full = np.asarray(solution.active)
+    variance = float(solution.chi2) / max(pixels - full.sum(), 1)
 
     def criterion(shape: tuple[int, int]):
         kept = active_mask(free, *shape, held) & full
-        dropped = full & ~kept
-        away = jacobian[:, dropped] @ unknowns[dropped]
-        rest = away - jacobian[:, kept] @ np.linalg.lstsq(jacobian[:, kept], away, rcond=1e-10)[0]
-        return rest @ rest / variance + kept.sum() * np.log(pixels)
+        return rise_without(solution, full & ~kept) / variance + kept.sum() * np.log(pixels)
 
     return min(SHAPES, key=criterion)
+
+
+def rise_without(solution: Solution, dropped: np.ndarray) -> float:
+    """By how much chi-squared rises when some unknowns are set to zero, on the model linearized at the optimum."""
+    jacobian, unknowns = np.asarray(solution.jacobian), np.asarray(flatten(solution.unknowns))
+    kept = np.asarray(solution.active) & ~dropped
+    away = jacobian[:, dropped] @ unknowns[dropped]
+    rest = away - jacobian[:, kept] @ np.linalg.lstsq(jacobian[:, kept], away, rcond=1e-10)[0]
+    return float(rest @ rest)
+
+
+@eqx.filter_jit
+def responses(
+    solution: Solution, kept: Moments, bends: Float[Array, "bends nodes"]
+) -> tuple[Float[Array, " basis"], Float[Array, "bends basis"]]:
+    """The residuals at an optimum, and how they change with phases [turns] given at the nodes, per unit of each."""
+    background, modulus, phase = solution.image
+
+    def image(turns):
+        return residuals(kept, model_coefficients(background, modulus, turns, kept.reference))
+
+    left, change = jax.linearize(image, phase)
+    return left, jax.vmap(change)(bends)
+
+
+def drop_with(solution: Solution, left: np.ndarray, columns: np.ndarray) -> float:
+    """By how much chi-squared would drop if columns [basis, more] joined the Jacobian's (Rao's score test, 1948)."""
+    here = np.asarray(solution.jacobian)[:, np.asarray(solution.active)]
+    basis = np.linalg.qr(here)[0]
+    rest = columns - basis @ (basis.T @ columns)
+    length = np.linalg.norm(rest, axis=0)
+    kept = length > 1e-6 * np.linalg.norm(columns, axis=0)
+    more = np.linalg.qr(rest[:, kept] / length[kept])[0]
+    return float(((more.T @ left) ** 2).sum())
 
 
 def covariance(solution: Solution, variance: float) -> np.ndarray:

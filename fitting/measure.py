@@ -9,13 +9,16 @@ import jax
 import numpy as np
 
 from fitting.illumination import Fitted, numbers_of, robust_fit
-from fitting.models import GapModel, curved_surface, frame_of
+from fitting.models import NUMBERS, GapModel, curved_surface, frame_of
 from fitting.photo import Photograph, read
 from fitting.quantity import Quantities, checked_fixed, checked_start, quantities
 from fitting.result import FitResult
 from fitting.scene_start import scene_start
+from fitting.selection import Choice, adapt, checked_parts
 from fitting.start import Rings, find_rings, follow, settle
 from fitting.summary import refused, summarize
+from fitting.transfer import linearized
+from fitting.trials import WARPS
 from fitting.verdict import too_steep, why_refused
 from newtonjax.gap import required_gap
 from newtonjax.precision import x64
@@ -43,6 +46,7 @@ def fit(
     start: dict[str, float | tuple[float, float]] | None = None,
     transfer: str | float | None = None,
     mask: np.ndarray | None = None,
+    parts: dict[str, bool] | None = None,
 ) -> FitResult:
     """The lens radius, or another one of radius, wavelength, pixel size and index, from an image of rings.
 
@@ -59,8 +63,11 @@ def fit(
       view: "reflected" or "transmitted", for the gap's sign convention; a scene has its own.
       fixed: values held, by name: "gap" [m], "centre_px" (x, y).
       start: values to start from instead of the search, by name: "radius" [m] or "fringe_scale_per_px2", "centre_px".
-      transfer: "linear", "srgb" or an exponent; see `fitting.photo.read`.
+      transfer: "linear", "srgb" or an exponent; see `fitting.photo.read`. Without it the usual one is taken, and an
+        exponent more where the fringes have a second harmonic.
       mask: True where pixels may be used.
+      parts: "oblique view", "distortion" or "contact", with True (there, whatever the image says) or False (not there);
+        those not named are there where the image calls for them.
 
     What the data cannot give comes back as a status and a message. Raises ValueError and FileNotFoundError for input
     that cannot be used.
@@ -69,6 +76,7 @@ def fit(
     began = time.perf_counter()
     if view not in ("reflected", "transmitted"):
         raise ValueError(f"view is {view!r}; allowed: 'reflected' or 'transmitted'")
+    wishes = checked_parts(parts)
     free = (free,) if isinstance(free, str) else tuple(free or ())
     fixed, start = checked_fixed(fixed), checked_start(start)
     known = _known(locals(), scene)
@@ -84,19 +92,24 @@ def fit(
         rings = _start(photograph, known, start)
         if reason := too_steep(photograph, rings, known):
             return refused(reason, photograph, began)
-        found = _fit_gap(photograph, rings, known, view, fixed if scene is None else {})
-        reason = why_refused(found, photograph, rings)
-        if reason:
+        held, pinned = fixed if scene is None else {}, 0.5 if view == "reflected" else 0.0
+        choice = _of_gap(photograph, rings, known, view, held, wishes, pinned, scene)
+        if transfer is None and (linear := linearized(photograph, choice.found)) is not None:
+            photograph = linear
+            choice = _of_gap(photograph, rings, known, view, held, wishes, pinned, scene)
+        if reason := why_refused(choice.found, photograph, rings):
             return refused(reason, photograph, began)
         if scene is not None:
-            alone, found = found, _fit_scene(photograph, scene, known, found, fixed)
+            alone = choice.found
+            found = _fit_scene(photograph, scene, known, alone, fixed)
             if not found.explained > 0.5 * alone.explained:
                 reason = (
                     f"the bench does not make these fringes: it explains {max(found.explained, 0):.0%} of the variance "
                     f"where rings of any size explain {alone.explained:.0%}; check the scene, and what is fixed"
                 )
                 return refused(reason, photograph, began)
-        return summarize(photograph, known, view, found, began)
+            choice = adapt(found, photograph, wishes | {"contact": False}, pinned)
+        return summarize(photograph, known, view, choice, began)
 
 
 @cache
@@ -138,6 +151,25 @@ def _start(photograph: Photograph, known: Quantities, start: dict) -> Rings:
     return follow(photograph.image, photograph.lit, Rings(float(scale), start["centre_px"], 0.0, 0.0))
 
 
+def _of_gap(photograph, rings: Rings, known, view: str, fixed: dict, wishes: dict, pinned: float, scene) -> Choice:
+    """A fit of the gap formula with the parts that it needs.
+
+    A bench has parts of its own: then, as without a pixel size, where a distortion has nothing to be measured against,
+    warps are tried only where the rings are not found without them.
+    """
+    plain = Choice(_fit_gap(photograph, rings, known, view, fixed), {})
+    if scene is None and known.unknown is not None:
+        return adapt(plain.found, photograph, wishes, pinned)
+    lost = bool(why_refused(plain.found, photograph, rings))
+    if scene is not None:
+        return adapt(plain.found, photograph, wishes, pinned) if lost else plain
+    if lost:
+        return adapt(plain.found, photograph, wishes, pinned)
+    choice = adapt(plain.found, photograph, dict.fromkeys(WARPS, False) | wishes, pinned)
+    untried = dict.fromkeys(WARPS, "not tried: without a pixel size the image does not need it")
+    return choice._replace(evidence=untried | choice.evidence)
+
+
 def _fit_gap(photograph: Photograph, rings: Rings, known: Quantities, view: str, fixed: dict) -> Fitted:
     frame = frame_of(photograph.image.shape)
     model = GapModel(frame, known.sphere(rings.scale))
@@ -150,9 +182,9 @@ def _fit_gap(photograph: Photograph, rings: Rings, known: Quantities, view: str,
             raise ValueError("a fixed gap needs the wavelength")
         phase = 2 * known.given.get("index", 1.0) * fixed["gap"] / known.given["wavelength"]
         phase += 0.5 if view == "reflected" else 0.0
-    start = np.array([rings.scale * frame.unit**2, *place, phase])
+    start = np.array([rings.scale * frame.unit**2, *place, phase, *(0.0 for _ in NUMBERS[4:])])
     # A few fringes leave the search uncertain by as much as this.
-    starts = [start, *(start * [factor, 1, 1, 1] for factor in (0.6, 1.6))]
+    starts = [start, *(np.array([factor * start[0], *start[1:]]) for factor in (0.6, 1.6))]
     return robust_fit(model, photograph, starts, fixed)
 
 

@@ -14,12 +14,14 @@ from numpy.polynomial.chebyshev import chebvander
 
 from fitting.moments import ENVELOPE, node_grid
 from newtonjax import chebyshev
+from newtonjax.contact import hertz_gap
 from newtonjax.fields import fields_at, polar
 from newtonjax.gap import required_gap
 from newtonjax.scene import Scene
 
-# The quantities of which the image measures one when the others are given: k = n s² / (R λ).
-QUANTITIES = ("radius", "wavelength", "pixel_size", "index")
+# Free numbers of every model. The first four are always there; the others belong to a part, and are 0 without it.
+NUMBERS = ("curvature", "centre x", "centre y", "phase", "stretch", "shear", "distortion", "contact", "distortion 5")
+PARTS = {"oblique view": (4, 5), "distortion": (6,), "fifth order": (8,), "contact": (7,), "film": ()}
 
 # A bench is traced on this many nodes to a side: its phase is far smoother than an image's products.
 _TRACED = 13
@@ -41,42 +43,76 @@ def frame_of(shape: tuple[int, int]) -> Frame:
     return Frame(half_x * (1 + x), half_y * (1 + y), (half_x, half_y), float(np.hypot(half_x, half_y)))
 
 
-def held_numbers(fixed: dict) -> tuple[int, ...]:
-    """Which of a model's four free numbers do not move, for what the user fixed by name."""
-    return ((1, 2) if "centre_px" in fixed else ()) + ((3,) if "gap" in fixed else ())
+def held_numbers(fixed: dict, parts: tuple[str, ...] = ()) -> tuple[int, ...]:
+    """Which of a model's numbers do not move, for what the user fixed by name, and the parts that are there.
+
+    A contact pins the phase, unless a film keeps the pressed faces apart.
+    """
+    pinned = "gap" in fixed or ("contact" in parts and "film" not in parts)
+    held = ((1, 2) if "centre_px" in fixed else ()) + ((3,) if pinned else ())
+    return held + tuple(k for part, numbers in PARTS.items() if part not in parts for k in numbers)
+
+
+def on_object(frame: Frame, x, y, free: Float[Array, " free"]):
+    """Where pixels [px] lie on the object, from the rings' centre [px]: (x, y).
+
+    - distortion κ, κ5: the object's point is u (1 + κ |u|² + κ5 |u|⁴) of the pixel's u, in units of half the diagonal
+      from the middle (Brown 1966); the pixel size is that of the middle.
+    - stretch a, shear b: the point's offset from the centre is exp([[a, b], [b, -a]] / 2) times what is seen. A view at
+      an angle θ makes one axis 1/cos θ longer on the object than in the image, and the path difference 2 t cos θ: of
+      both together this matrix of determinant 1 is left, with sqrt(a² + b²) = -ln cos θ; so the curvature keeps
+      its meaning. Pixels of unequal sides do the same when the pixel size is the geometric mean of both.
+    """
+    _, x0, y0, _, a, b, kappa, _, fifth = free
+    ux, uy = (x - frame.middle[0]) / frame.unit, (y - frame.middle[1]) / frame.unit
+
+    def out(u2):
+        return 1 + u2 * (kappa + fifth * u2)
+
+    # The centre is a pixel too; beyond the frame nothing is known of the lens.
+    here, there = out(ux * ux + uy * uy), out(jnp.minimum(x0 * x0 + y0 * y0, 1.0))
+    dx, dy = (ux * here - x0 * there) * frame.unit, (uy * here - y0 * there) * frame.unit
+    # cosh and sinh(m)/m of m² = (a² + b²) / 4, as series: they have no root at 0, and 1e-9 is left at m = 0.4.
+    m2 = (a * a + b * b) / 4
+    even, odd = 1 + m2 / 2 * (1 + m2 / 12 * (1 + m2 / 30)), (1 + m2 / 6 * (1 + m2 / 20 * (1 + m2 / 42))) / 2
+    return even * dx + odd * (a * dx + b * dy), even * dy + odd * (b * dx - a * dy)
 
 
 class GapModel(eqx.Module):
     """Fringes localized in the gap: phase 2 n t / λ of the exact sphere, seen along the normal.
 
     Free numbers: turns from curvature at half the image's diagonal (k unit²), centre offset from the middle
-    [units] and phase [turns]. With c = s/R the sphere's curvature in 1/px, the phase is
-    2 k r² / (1 + sqrt(1 - c² r²)) + phase; `sphere` holds factor and power of c = factor k^power
-    (`quantity.Quantities.sphere`), factor 0 where it is not known: then k r².
+    [units], phase [turns], those of `on_object`, and the contact's squared radius [units²]. With c = s/R the sphere's
+    curvature in 1/px, the phase is 2 k r² / (1 + sqrt(1 - c² r²)) + phase, where a contact replaces the share k r² by
+    k times Hertz's; `sphere` holds factor and power of c = factor k^power (`quantity.Quantities.sphere`), factor 0
+    where it is not known: then k r².
     """
 
     frame: Frame
     sphere: tuple[Float[Array | np.ndarray, ""] | float, Float[Array | np.ndarray, ""] | float]
 
-    def __call__(self, free: Float[Array, "4"]) -> Float[Array, "2 nodes"]:
+    def __call__(self, free: Float[Array, " free"]) -> Float[Array, "2 nodes"]:
         """Phase [turns] and relative contrast at the nodes."""
-        turns, x, y, phase = free
-        unit = self.frame.unit
-        k = turns / unit**2
-        dx = self.frame.x - self.frame.middle[0] - x * unit
-        dy = self.frame.y - self.frame.middle[1] - y * unit
+        phase = self.phase(self.frame.x, self.frame.y, free)
+        return jnp.stack([phase, jnp.ones_like(phase)])
+
+    def phase(self, x, y, free: Float[Array, " free"]):
+        """Phase [turns] at pixel positions [px]."""
+        k = free[0] / self.frame.unit**2
+        dx, dy = on_object(self.frame, x, y, free)
         r2 = dx * dx + dy * dy
         factor, power = self.sphere
         inside = 1 - (factor * jnp.abs(k) ** power) ** 2 * r2
         root = jnp.where(inside > 1e-6, jnp.sqrt(jnp.where(inside > 1e-6, inside, 1.0)), 1e-3)
-        return jnp.stack([2 * k * r2 / (1 + root) + phase, jnp.ones_like(r2)])
+        flattened = hertz_gap(r2, free[7] * self.frame.unit**2) - r2
+        return k * (2 * r2 / (1 + root) + flattened) + free[3]
 
 
 class SceneModel(eqx.Module):
     """Fringes of a traced bench on its screen.
 
     `face` is the curved one. Free numbers: relative change of the unknown quantity, centre offset from the middle
-    [units], and rise of what lies above the gap [half wavelengths].
+    [units], rise of what lies above the gap [half wavelengths], and those of `on_object`; there is no contact.
     """
 
     frame: Frame
@@ -85,16 +121,15 @@ class SceneModel(eqx.Module):
     face: int = eqx.field(static=True)
     unknown: str = eqx.field(static=True)
 
-    def __call__(self, free: Float[Array, "4"]) -> Float[Array, "2 nodes"]:
+    def __call__(self, free: Float[Array, " free"]) -> Float[Array, "2 nodes"]:
         """Phase [turns] and relative contrast at the nodes, traced on fewer and interpolated."""
-        ratio, x, y, rise = free
+        ratio, rise = free[0], free[3]
         scene = raise_lens(self.scene, rise * self.scene.wavelength / 2)
         pixel_size = self.pixel_size * (1 + ratio) if self.unknown == "pixel_size" else self.pixel_size
         if self.unknown != "pixel_size":
             scene = change(scene, self.unknown, 1 + ratio, self.face)
-        at_x, at_y = node_grid(_TRACED)
-        dx = self.frame.middle[0] * at_x - x * self.frame.unit
-        dy = self.frame.middle[1] * at_y - y * self.frame.unit
+        at_x, at_y = ((1 + at) * middle for at, middle in zip(node_grid(_TRACED), self.frame.middle, strict=True))
+        dx, dy = on_object(self.frame, at_x, at_y, free)
         modulus, phase = polar(fields_at(scene, jnp.stack([dx, dy], axis=1) * pixel_size))
         table = chebyshev.coefficients(jnp.stack([phase[0], modulus[0] / jnp.mean(modulus[0])]))
         along = jnp.asarray(chebvander(chebyshev.nodes(ENVELOPE + 1), _TRACED - 1))

@@ -33,6 +33,7 @@ class Moments(NamedTuple):
     - `root` [basis, basis], `target` [basis]: chi-squared = |root coefficients - target|² + `rest`.
     - `reference`: the reference phase at the envelope's nodes (row by row) [turns].
     - `power`: weighted sum of squares about the weighted mean.
+    - `rough` [rows, columns]: by how much the reference's phase is off its smooth part there [turns]; None for nowhere.
     """
 
     root: Float[Array, "basis basis"]
@@ -40,6 +41,7 @@ class Moments(NamedTuple):
     rest: Float[Array, ""]
     reference: Float[Array, " nodes"]
     power: Float[Array, ""]
+    rough: Float[Array, "rows columns"] | None = None
 
 
 def degrees(limit: int) -> np.ndarray:
@@ -56,7 +58,7 @@ def node_grid(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @jax.jit
-def sums(image, weights, phase_nodes) -> Float[Array, "8 degrees degrees"]:
+def sums(image, weights, phase_nodes, rough=None) -> Float[Array, "8 degrees degrees"]:
     """Σ_pixels q T_j(y) T_i(x) for q = w, w cos, w sin, w cos2, w sin2, wd, wd cos, wd sin; by blocks of rows."""
     rows, columns = image.shape
     count = 2 * ENVELOPE + 1
@@ -69,9 +71,9 @@ def sums(image, weights, phase_nodes) -> Float[Array, "8 degrees degrees"]:
     phase_x = jnp.asarray(chebyshev.basis(columns, n))
 
     def block(total, part):
-        d, w, y, turns = part
+        d, w, y, turns, *edges = part
         # A product of matrices: a sum of outer ones would be computed again for each of the eight products.
-        phase = jnp.matmul(turns, phase_x, precision="highest")
+        phase = sum(edges, jnp.matmul(turns, phase_x, precision="highest"))
         c, s = cos_turns(phase), sin_turns(phase)
         wd = w * d
         products = jnp.stack([w, w * c, w * s, w * (2 * c * c - 1), 2 * w * c * s, wd, wd * c, wd * s])
@@ -85,6 +87,7 @@ def sums(image, weights, phase_nodes) -> Float[Array, "8 degrees degrees"]:
         split(weights),
         along_y.T.reshape(blocks, _BLOCK, -1),
         phase_rows.T.reshape(blocks, _BLOCK, -1),
+        *([] if rough is None else [split(rough)]),
     )
     return jax.lax.scan(block, jnp.zeros((8, count, count)), parts)[0]
 
@@ -100,10 +103,18 @@ def _gram(table: Float[Array, "degrees degrees"], left: np.ndarray, right: np.nd
 
 
 def moments(
-    image: Float[Array, "rows columns"], weights: Float[Array, "rows columns"], reference: Float[Array, " nodes"]
+    image: Float[Array, "rows columns"],
+    weights: Float[Array, "rows columns"],
+    reference: Float[Array, " nodes"],
+    rough: Float[Array, "rows columns"] | None = None,
 ) -> Moments:
-    """Moments of an image with weights (1/variance, 0 where masked) about a reference phase at the nodes [turns]."""
-    return _factorize(sums(image, weights, reference), jnp.sum(weights * image**2), reference)
+    """Moments of an image with weights (1/variance, 0 where masked) about a reference phase at the nodes [turns].
+
+    Where the reference has an edge (of a contact), `rough` is what its nodes do not resolve: the sums take it as it is,
+    and the model's phase needs to be smooth only as a difference from the reference.
+    """
+    found = _factorize(sums(image, weights, reference, rough), jnp.sum(weights * image**2), reference)
+    return found._replace(rough=rough)
 
 
 @jax.jit
@@ -161,13 +172,13 @@ def residuals(kept: Moments, coefficients: Float[Array, " basis"]) -> Float[Arra
 
 
 @partial(jax.jit, static_argnames="shape")
-def synthesize(background, modulus, phase, shape: tuple[int, int]) -> Float[Array, "rows columns"]:
-    """The model at every pixel; arguments as in `model_coefficients`."""
+def synthesize(background, modulus, phase, shape: tuple[int, int], rough=None) -> Float[Array, "rows columns"]:
+    """The model at every pixel; arguments as in `model_coefficients`, `rough` as in `Moments`."""
     low = degrees(BACKGROUND)
     table = jnp.zeros((BACKGROUND + 1,) * 2).at[low[:, 0], low[:, 1]].set(background)
     (smooth,) = chebyshev.expand(table[None], shape)
     size, turns = chebyshev.expand(chebyshev.coefficients(jnp.stack([modulus, phase])), shape)
-    return smooth + size * cos_turns(turns)
+    return smooth + size * cos_turns(turns if rough is None else turns + rough)
 
 
 @partial(jax.jit, static_argnames="shape")

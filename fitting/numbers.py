@@ -2,19 +2,25 @@
 
 from dataclasses import replace
 
+import jax.numpy as jnp
 import numpy as np
 
 from fitting import least_squares as ls
 from fitting.illumination import Fitted, numbers_of
-from fitting.models import SceneModel, as_arrays, change, localize, quantities_of
+from fitting.models import NUMBERS, SceneModel, as_arrays, change, held_numbers, localize, on_object, quantities_of
 from fitting.moments import model_coefficients, residuals
 from fitting.quantity import EXPONENTS, Quantities
 from fitting.result import Parameter, interval
 from fitting.scene_start import gap_height
+from fitting.smoothing import thin
+
+_WARP_NAMES = ("stretch", "shear", "distortion", "contact_radius", "distortion_fifth_order")
 
 
-def measured(found: Fitted, known: Quantities, view: str, covariance: np.ndarray) -> dict:
-    """The numbers of a `FitResult`, by name."""
+def measured(
+    found: Fitted, known: Quantities, view: str, covariance: np.ndarray, rows: list[tuple[str, float]]
+) -> dict:
+    """The numbers of a `FitResult`, by name; `rows`: (source, deviation of the first number) of the image itself."""
     model, frame = found.model, found.model.frame
     free = numbers_of(found)
     centre = tuple(float(m + c * frame.unit) for m, c in zip(frame.middle, free[1:3], strict=True))
@@ -22,46 +28,84 @@ def measured(found: Fitted, known: Quantities, view: str, covariance: np.ndarray
         values, slope, gap, period = _of_scene(model, known, free)
     else:
         values, slope, gap, period = _of_gap(model, known, view, free)
-    jacobian = np.diag([slope, frame.unit, frame.unit, period])
-    spread = jacobian @ covariance[:4, :4] @ jacobian.T
+    disc, disc_slope = _disc(found, values)
+    jacobian = np.diag([slope, frame.unit, frame.unit, period, 1.0, 1.0, 1.0, disc_slope, 1.0])
+    count = len(NUMBERS)
+    spread = jacobian @ covariance[:count, :count] @ jacobian.T
     sds = np.sqrt(np.clip(np.diag(spread), 0, None))
     scale = values["fringe_scale_per_px2"]
-    relative = sds[0] / values[known.unknown or "fringe_scale_per_px2"]
-    place = zip(("centre_x_px", "centre_y_px"), centre, sds[1:3], strict=True)
+    rows = [(source, abs(slope) * deviation) for source, deviation in rows]
+    of_image = float(np.sqrt(sum(sd**2 for _, sd in rows)))
+    relative = of_image / values[known.unknown or "fringe_scale_per_px2"]
     common = {
         "fringe_scale_per_px2": scale,
-        "fringe_scale_sd": float(relative * abs(EXPONENTS.get(known.unknown or "", 1)) * scale),
+        "fringe_scale_sd": relative * abs(EXPONENTS.get(known.unknown or "", 1)) * scale,
         "centre_px": centre,
     }
-    centre_held, gap_held = "centre_px" in found.fixed, "gap" in found.fixed
-    parameters = {name: _parameter(value, sd, centre_held) for name, value, sd in place}
-    moving = [0] + ([] if centre_held else [1, 2]) + ([] if gap_held else [3])
-    names = np.array([known.unknown or "fringe_scale_per_px2", *parameters, "gap"])
+    scaled = known.unknown is not None
+    held = held_numbers(found.fixed, found.parts)
+    names = [known.unknown or "fringe_scale_per_px2", "centre_x_px", "centre_y_px", "gap", *_WARP_NAMES]
+    names[7] = "contact_radius" if scaled else "contact_radius_px"
+    numbers = [0.0, *centre, 0.0, *free[4:7], disc, free[8]]
+    gap = found.fixed.get("gap", gap)
+    moving = [k for k in range(count) if k not in held and (scaled or k != 3)]
+    parameters = {
+        name: _parameter(float(numbers[k]), sd, k in held)
+        for k, (name, sd) in enumerate(zip(names, sds, strict=True))
+        if k in (1, 2) or (k > 3 and k not in held)
+    }
+    common |= {
+        "names": tuple(names[k] for k in moving),
+        "covariance": spread[np.ix_(moving, moving)],
+        "parameters": parameters,
+    }
     if known.unknown is None or gap is None:
+        mean = _mean_scale(found)
+        factors = np.array([mean, *(1.0 for _ in moving[1:])])
+        common |= {
+            "fringe_scale_per_px2": scale * mean,
+            "fringe_scale_sd": common["fringe_scale_sd"] * mean,
+            "covariance": common["covariance"] * np.outer(factors, factors),
+        }
         missing = " and ".join(name for name in EXPONENTS if name not in known.given)
-        moving = [k for k in moving if k < 3]
         return common | {
             "status": "no-scale",
             "message": f"{missing} are not given, and only one of them can be measured: the fringe scale is the answer",
-            "parameters": parameters,
-            "names": tuple(names[moving].tolist()),
-            "covariance": spread[np.ix_(moving, moving)],
         }
-    gap = found.fixed.get("gap", gap)
     effects = {name: _effect(found, known, name) * values[known.unknown] / values[name] for name in known.sd}
-    budget = [("noise", float(sds[0]))] + [(name, abs(effects[name]) * sd) for name, sd in known.sd.items()]
+    budget = rows + [(name, abs(effects[name]) * sd) for name, sd in known.sd.items()]
     total = float(np.sqrt(sum(sd**2 for _, sd in budget)))
     given = {name: Parameter(values[name], known.sd.get(name), True) for name in known.given}
     answer = {known.unknown: Parameter(values[known.unknown], total, False)}
     return common | {
         "status": "ok",
         "gap": gap,
-        "parameters": answer | given | parameters | {"gap": _parameter(gap, sds[3], gap_held)},
-        "names": tuple(names[moving].tolist()),
-        "covariance": spread[np.ix_(moving, moving)],
+        "contact_radius": disc if "contact" in found.parts else None,
+        "parameters": answer | given | parameters | {"gap": _parameter(gap, sds[3], 3 in held)},
         "budget": budget,
         **_radius(known, values, total, budget),
     }
+
+
+def _mean_scale(found: Fitted) -> float:
+    """What a distortion makes of the scale on the mean of the field: slope of the object's r² over the image's."""
+    model, free = found.model, numbers_of(found)
+    sample = thin(found.weights > 0)
+    rows, columns = np.nonzero(found.weights[sample])
+    x, y = columns * sample[1].step, rows * sample[0].step
+    here = [free[k + 1] * model.frame.unit + model.frame.middle[k] for k in (0, 1)]
+    seen = (x - here[0]) ** 2 + (y - here[1]) ** 2
+    dx, dy = (np.asarray(table) for table in on_object(model.frame, x, y, jnp.asarray(free)))
+    seen = seen - seen.mean()
+    return float(seen @ (dx * dx + dy * dy) / (seen @ seen))
+
+
+def _disc(found: Fitted, values: dict[str, float]) -> tuple[float, float]:
+    """Radius of a contact [m], or [px] without a scale, and its change per unit of the contact's number."""
+    square, unit = float(numbers_of(found)[7]), found.model.frame.unit * values.get("pixel_size", 1.0)
+    if not square > 0:
+        return 0.0, 0.0
+    return float(np.sqrt(square)) * unit, unit / (2 * float(np.sqrt(square)))
 
 
 def _parameter(value: float, sd: float, held: bool) -> Parameter:

@@ -96,6 +96,18 @@ OutputDir = Annotated[
 ]
 Json = Annotated[str | None, typer.Option("--json", metavar="FILE|-", help="Write the answer as JSON (- is stdout).")]
 Transfer = Annotated[Any, option(_transfer, "linear|srgb|GAMMA", "How the file codes light, where it is not as usual.")]
+ScaleFrom = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Pixel size and its deviation, from the JSON of `newtonjax scale`.")
+]
+Contact = Annotated[
+    bool | None,
+    typer.Option(
+        "--contact/--no-contact", help="A lens pressed flat on the plate.", show_default="if the image has it"
+    ),
+]
+MaskImage = Annotated[
+    Path | None, typer.Option(metavar="IMAGE", help="An image of the photograph's size, black where it is not used.")
+]
 Epsilon = Annotated[
     float | None,
     option(

@@ -72,6 +72,12 @@ def read(
     return Photograph(light / (scale or 1.0), usable, lit, labels[channel], name, warnings)
 
 
+def read_mask(path: str | Path) -> np.ndarray:
+    """A mask from an image file: True where it is not black. Raises FileNotFoundError, and ValueError for no image."""
+    codes = np.asarray(load(path))
+    return codes > 0 if codes.ndim == 2 else np.any(codes[:, :, : 3 if codes.shape[2] >= 3 else 1] > 0, axis=2)
+
+
 def _opaque(picture: np.ma.MaskedArray) -> np.ndarray:
     """False where an alpha channel is 0, or a masked array is masked."""
     hidden = np.ma.getmaskarray(picture)

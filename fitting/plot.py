@@ -11,7 +11,7 @@ _RINGS = 40
 
 
 def result_figure(result: FitResult) -> Figure:
-    """Photograph with the fitted dark rings over it, residual, and r² across against angle down.
+    """Photograph with the fitted dark rings over it, residual, and the order across against angle down.
 
     In the unwrapped view a good fit is straight vertical lines; the fit's own fringes are drawn under the data's.
     A refused fit shows its photograph alone, with the reason.
@@ -34,25 +34,25 @@ def result_figure(result: FitResult) -> Figure:
     drawn = left.imshow(residual, cmap="RdBu_r", vmin=-span, vmax=span)
     left.set_title("photograph less model")
     figure.colorbar(drawn, ax=left, shrink=0.8, label="share of the brightest")
-    data, model, r2, angle = unwrap(result)
+    data, model, order, angle = unwrap(result)
     stripes = np.where(np.arange(len(angle))[:, None] // max(1, len(angle) // 12) % 2, model, data)
-    extent = (r2[0], r2[-1], np.degrees(angle[-1]), np.degrees(angle[0]))
+    extent = (order[0], order[-1], np.degrees(angle[-1]), np.degrees(angle[0]))
     unwrapped.imshow(stripes, cmap="gray", aspect="auto", extent=extent, vmin=low, vmax=high, interpolation="nearest")
-    unwrapped.set(xlabel="r² [px²]", ylabel="angle [°]", title="unwrapped: bands of photograph and model in turn")
+    unwrapped.set(xlabel="order [turns]", ylabel="angle [°]", title="unwrapped: bands of photograph and model in turn")
     covered = np.isfinite(data).sum(axis=0) > 0.02 * len(angle)
     mean = [np.nanmean(np.where(np.isfinite(data), table, np.nan)[:, covered], axis=0) for table in (data, model)]
-    profile.plot(r2[covered], mean[0], ".", ms=3, color="0.4", label="photograph")
-    profile.plot(r2[covered], mean[1], color="tab:red", lw=1, label="model")
-    profile.set(xlabel="r² [px²]", ylabel="mean over angle", title="radial profile")
+    profile.plot(order[covered], mean[0], ".", ms=3, color="0.4", label="photograph")
+    profile.plot(order[covered], mean[1], color="tab:red", lw=1, label="model")
+    profile.set(xlabel="order [turns]", ylabel="mean over angle", title="profile")
     profile.legend(loc="upper right")
-    for axes in (unwrapped, profile):
-        axes.ticklabel_format(axis="x", style="sci", scilimits=(0, 0))
     figure.suptitle(_title(result))
     return figure
 
 
 def unwrap(result: FitResult) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Photograph and model on a grid of angle (down) and r² (across), NaN where masked; r² [px²] and angle [rad].
+    """Photograph and model on a grid of angle (down) and order (across), NaN where masked; order [turns], angle [rad].
+
+    The order is the fit's phase less that of the ring's centre, so that an ellipse or a distortion bends no line.
 
     Raises ValueError for a result without a centre or a model image.
     """
@@ -75,12 +75,35 @@ def unwrap(result: FitResult) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nd
         values = ndimage.map_coordinates(table, [y, x], order=1, mode="nearest")
         return np.where(inside & (weight > 0.99), values, np.nan)
 
-    return sample(image), sample(picture.fitted), r2, angle
+    tables = [sample(table) for table in (image, picture.fitted, picture.phase)]
+    return *_by_order(*tables), angle
+
+
+def _by_order(data: np.ndarray, model: np.ndarray, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rows of photograph and model at even steps of the phase instead of even steps outwards; the phases."""
+    order = np.linspace(np.nanmin(phase), np.nanmax(phase), phase.shape[1])
+    step = order[1] - order[0]
+    rows: list[list[np.ndarray]] = [[], []]
+    for turns, *values in zip(phase, data, model, strict=True):
+        seen = np.isfinite(turns)
+        turns, seen = turns[seen], np.flatnonzero(seen)
+        ranks = np.argsort(turns)
+        for kept, value in zip(rows, values, strict=True):
+            if len(turns) < 2:
+                kept.append(np.full(len(order), np.nan))
+                continue
+            line = np.interp(order, turns[ranks], value[seen][ranks], left=np.nan, right=np.nan)
+            # Where the field has a hole, nothing is drawn between its edges.
+            near = np.abs(turns[ranks][np.clip(np.searchsorted(turns[ranks], order), 0, len(turns) - 1)] - order)
+            kept.append(np.where(near < 6 * step, line, np.nan))
+    return np.stack(rows[0]), np.stack(rows[1]), order
 
 
 def _draw_rings(axes, phase: np.ndarray, weights: np.ndarray) -> None:
     """Contours of half-integer phase, where the fringes are darkest."""
     used = phase[weights > 0]
+    # A pressed lens is dark all over its disc: no ring is drawn there.
+    phase = np.where(np.abs(phase % 1.0 - 0.5) < 2e-3 * (np.abs(np.hypot(*np.gradient(phase))) < 1e-3), np.nan, phase)
     orders = np.arange(np.ceil(used.min() - 0.5), np.floor(used.max() - 0.5) + 1) + 0.5
     step = max(1, -(-len(orders) // _RINGS))
     if len(orders):

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from fitting import least_squares as ls
 from fitting.illumination import Fitted, numbers_of
-from fitting.models import GapModel, SceneModel, as_arrays, change, held_numbers, quantities_of
+from fitting.models import NUMBERS, GapModel, SceneModel, as_arrays, change, held_numbers, quantities_of
 from fitting.moments import BACKGROUND, Moments, degrees, model_coefficients
 from fitting.quantity import Quantities
 
@@ -84,7 +84,7 @@ def largest_excursion(target: Posterior, points: Float[Array, "n dimensions"]) -
 
 def posterior(found: Fitted, known: Quantities, variance: float, covariance: np.ndarray) -> Posterior:
     """The posterior of a finished fit, for the noise's variance per unit weight and the covariance at the optimum."""
-    moving = tuple(k for k in range(4) if k not in held_numbers(found.fixed))
+    moving = tuple(k for k in range(len(NUMBERS)) if k not in held_numbers(found.fixed, found.parts))
     given = tuple(known.sd) if known.unknown else ()
     inner = covariance[np.ix_(moving, moving)]
     return Posterior(
@@ -149,9 +149,12 @@ def draws(target: Posterior, found: Fitted, known: Quantities, points: np.ndarra
         known.unknown or "fringe_scale_per_px2": _measured(found, known, free[:, 0], given)
     }
     columns |= {"centre_x_px": middle[0] + free[:, 1] * unit, "centre_y_px": middle[1] + free[:, 2] * unit}
-    columns |= {"gap_turns": free[:, 3]}
+    columns |= {"gap_turns": free[:, 3]} | dict(zip(NUMBERS[4:], free[:, 4:].T, strict=True))
+    pixel = given.get("pixel_size", known.given.get("pixel_size", 1.0))
+    columns["contact"] = np.sqrt(np.clip(free[:, 7], 0, None)) * unit * pixel
     kept = [name for k, name in enumerate(columns) if k in target.moving]
-    columns = {name: columns[name] for name in kept} | given
+    renamed = {"contact": "contact_radius" if known.unknown else "contact_radius_px"}
+    columns = {renamed.get(name, name): columns[name] for name in kept} | given
     return Draws(tuple(columns), np.stack(list(columns.values()), axis=1))
 
 

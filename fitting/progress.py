@@ -1,7 +1,7 @@
 """A line on the terminal for what takes longer than a second; it says when JAX is compiling."""
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
@@ -31,6 +31,17 @@ def progress(task: str) -> Iterator[None]:
         timer.cancel()
         timer.join()
         status.stop()
+
+
+@contextmanager
+def steps(task: str) -> Iterator[Callable[[int, int], None]]:
+    """A bar on stderr for a task of known length: call what it yields with the steps done and their number."""
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        line = bar.add_task(task, total=None)
+        yield lambda done, total: bar.update(line, completed=done, total=total)
 
 
 @contextmanager

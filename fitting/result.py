@@ -48,8 +48,10 @@ class FitResult:
     - `status`: "ok", "no-scale" (rings, but a quantity is missing for a radius), "refused" or "not-converged";
       `message`: the reason.
     - `radius`, `radius_sd` (total), `radius_interval` (95 %), `radius_sd_noise`.
-    - `fringe_scale_per_px2`: s²/(R λ) times the gap's index, what the image alone says; `fringe_scale_sd` from noise.
-    - `centre_px` (x, y); `gap`: at the centre, known modulo half a wavelength in the gap.
+    - `fringe_scale_per_px2`: s²/(R λ) times the gap's index, what the image alone says; where there is a distortion,
+      in the image's middle, or without a pixel size on the mean of the field; `fringe_scale_sd`: all but what is given.
+    - `centre_px` (x, y); `gap`: at the centre, known modulo half a wavelength in the gap; `contact_radius`: of the disc
+      that is pressed flat, None without.
     - `explained_variance`: share of the variance about a smooth background that the fringes explain.
     - `budget`: (source, standard deviation) of the measured quantity, `measured` by name.
     - `parameters` by name; `covariance` of those free, from noise, in the order `names`.

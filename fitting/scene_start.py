@@ -51,7 +51,9 @@ def scene_start(scene: Scene, known: Quantities, frame: Frame, gap: np.ndarray, 
         if bool(_arrives(as_arrays(bench), points)):
             if "gap" in fixed:
                 rise = (fixed["gap"] - gap_height(bench)) * 2 / values["wavelength"]
-            return model, _match(as_arrays(model), np.array([0.0, *place, rise]), held_numbers(fixed), found)
+            return model, _match(
+                as_arrays(model), np.array([0.0, *place, rise, *gap[4:7], 0.0, gap[8]]), held_numbers(fixed), found
+            )
     raise ValueError("the scene's beams do not reach the whole image; check pixel_size, screen and thicknesses")
 
 
@@ -67,7 +69,7 @@ def _match(model: SceneModel, numbers: np.ndarray, held: tuple[int, ...], found:
     scene's, and does not run away along a valley of centre and radius. Its fraction is the rise's in the end.
     """
     free = [k for k in range(3) if k not in held]
-    sign, constant, slope = 0.0, 0.0, np.ones((1, 4))
+    sign, constant, slope = 0.0, 0.0, np.ones((1, len(numbers)))
     for _ in range(_ROUNDS):
         local = localize(model, jnp.asarray(numbers))
         phase = np.asarray(local.value[0])

@@ -7,15 +7,13 @@ import numpy as np
 from fitting import least_squares as ls
 from fitting.illumination import Fitted
 from fitting.models import SceneModel
-from fitting.moments import at_pixels
 from fitting.numbers import measured
 from fitting.photo import Photograph
 from fitting.quantity import Quantities
 from fitting.result import Evidence, FitResult, Picture
-from fitting.smoothing import reduce
-
-# Residuals are averaged over blocks of this many pixels a side to see whether neighbours err together.
-_BLOCK = 16
+from fitting.selection import Choice
+from fitting.smoothing import fringe_correlation
+from fitting.uncertainty import image_rows
 
 
 def refused(reason: str, photograph: Photograph, began: float) -> FitResult:
@@ -23,23 +21,23 @@ def refused(reason: str, photograph: Photograph, began: float) -> FitResult:
     return FitResult("refused", reason, warnings=list(photograph.warnings), seconds=time.perf_counter() - began)
 
 
-def summarize(photograph: Photograph, known: Quantities, view: str, found: Fitted, began: float) -> FitResult:
+def summarize(photograph: Photograph, known: Quantities, view: str, choice: Choice, began: float) -> FitResult:
     """The result of a fit that was not refused."""
-    inflation = correlation(photograph.image - found.fitted, found.weights)
-    pixels = float(found.weights.sum())
+    found, evidence, rivals = choice
+    pixels, floor = float(found.weights.sum()), 1e-14 * float(found.kept.power)
     # Chi-squared is a difference of large sums: below their rounding nothing is known of it.
-    chi2 = max(float(found.solution.chi2), 1e-14 * float(found.kept.power))
+    chi2, known_noise = max(float(found.solution.chi2), floor), float(found.solution.chi2) > floor
+    residual = photograph.image - found.fitted
+    inflation = fringe_correlation(residual, found.weights, found.phase) if known_noise else 1.0
     variance = chi2 / max(pixels - float(np.sum(found.solution.active)), 1.0) * inflation
     warnings = [*photograph.warnings, *_warnings(inflation, known)]
     if float(found.solution.image[1].mean()) < 0:
         warnings.append("the fringes are bright where the given gap makes them dark: check gap and view")
-    picture = Picture(
-        photograph, found.fitted, np.asarray(at_pixels(found.solution.image[2], photograph.image.shape)), found.weights
-    )
+    picture = Picture(photograph, found.fitted, found.phase, found.weights)
     common = {
         "measured": known.unknown or "radius",
         "explained_variance": found.explained,
-        "model": _model(found, photograph, known),
+        "model": _model(found, photograph, known) | evidence,
         "picture": picture,
     }
     if not bool(found.solution.converged):
@@ -47,31 +45,18 @@ def summarize(photograph: Photograph, known: Quantities, view: str, found: Fitte
         return FitResult("not-converged", message, warnings=warnings, seconds=time.perf_counter() - began, **common)
     try:
         covariance = ls.covariance(found.solution, variance)
+        rows = image_rows(found, photograph, variance, rivals)
     except np.linalg.LinAlgError as error:
         return FitResult(
             "refused", f"undetermined: {error}", warnings=warnings, seconds=time.perf_counter() - began, **common
         )
-    numbers = measured(found, known, view, covariance)
+    numbers = measured(found, known, view, covariance, rows)
     if numbers["fringe_scale_sd"] > 0.2 * numbers["fringe_scale_per_px2"]:
         message = "the curvature is not determined: its standard deviation exceeds a fifth of its value"
         return FitResult("refused", message, warnings=warnings, seconds=time.perf_counter() - began, **common)
-    evidence = Evidence(found, known, variance, covariance)
+    seen = Evidence(found, known, variance, covariance)
     seconds = time.perf_counter() - began
-    return FitResult(**numbers, warnings=warnings, seconds=seconds, evidence=evidence, **common)
-
-
-def correlation(residual: np.ndarray, weights: np.ndarray) -> float:
-    """By how much errors that neighbours share raise the variance of smooth quantities; 1 for white noise.
-
-    Block means of white residuals have 1/n of the pixels' variance. A ratio within three standard errors of 1 is 1.
-    """
-    weight, total = (reduce(table, _BLOCK) * _BLOCK**2 for table in (weights, weights * residual))
-    whole = weight > 0.5 * _BLOCK**2
-    if whole.sum() < 16:
-        return 1.0
-    variance = (weights * residual**2).sum() / weights.sum()
-    ratio = float(np.mean(total[whole] ** 2 / weight[whole]) / variance)
-    return ratio if ratio > 1 + 3 * np.sqrt(2 / whole.sum()) else 1.0
+    return FitResult(**numbers, warnings=warnings, seconds=seconds, evidence=seen, **common)
 
 
 def _warnings(inflation: float, known: Quantities) -> list[str]:

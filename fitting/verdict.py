@@ -5,12 +5,13 @@ import numpy as np
 from fitting.illumination import FEW, Fitted, fringes_seen, numbers_of
 from fitting.photo import Photograph
 from fitting.quantity import Quantities
-from fitting.smoothing import thin
+from fitting.smoothing import correlation, thin
 from fitting.start import Rings, plane_wave
-from fitting.summary import correlation
 
 # Fringes that explain less than this are looked at twice; less than that are none.
 _POOR, _NONE = 0.3, 0.12
+# Straight fringes behind a camera's distortion of a few percent bend by so many turns, and so many more a fringe.
+_BEND, _WARPED = 0.15, 0.03
 # Share of the variance that a few fringes may leave over as structure.
 _STRUCTURE = 0.02
 
@@ -18,7 +19,7 @@ _STRUCTURE = 0.02
 def why_refused(found: Fitted, photograph: Photograph, rings: Rings) -> str:
     """Why no radius can be had from a fit of the gap formula; empty where one can."""
     frame = found.model.frame
-    turns, x, y, _ = numbers_of(found)
+    turns, x, y, *_ = numbers_of(found)
     scale = float(turns) / frame.unit**2
     centre = (frame.middle[0] + float(x) * frame.unit, frame.middle[1] + float(y) * frame.unit)
     orders = fringes_seen(found.solution.image[2], photograph.mask)
@@ -86,11 +87,11 @@ def _squared_distance(mask: np.ndarray, centre: tuple[float, float]) -> np.ndarr
 
 
 def _straight(mask: np.ndarray, scale: float, centre: tuple[float, float]) -> str:
-    """That many fringes cross the field without bending by one: then their curvature is no ring's. Empty otherwise."""
+    """That many fringes cross the field without bending as rings do: then their curvature may be none. Else empty."""
     x, y = _pixels(mask)
     orders = abs(scale) * float(np.ptp(_squared_distance(mask, centre)))
     bend = abs(scale) * float(_squared_distance(mask, (float(x.mean()), float(y.mean()))).max())
-    if bend >= 1 or orders <= 3:
+    if bend >= min(1.0, _BEND + _WARPED * orders) or orders <= 3:
         return ""
     return (
         f"the fringes are straight: over {orders:.0f} of them the curvature bends one by {bend:.2g} of their distance; "

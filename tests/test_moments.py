@@ -17,10 +17,15 @@ def gap_model():
     return as_arrays(GapModel(frame_of(SHAPE), (STEEP, 1.0)))
 
 
+def nine(*first):
+    """A model's numbers, those of its parts zero."""
+    return np.array([*first, 0.0, 0.0, 0.0, 0.0, 0.0])
+
+
 def exact(numbers, smooth, size):
     """The image of free numbers (as GapModel counts them) in NumPy."""
     frame = frame_of(SHAPE)
-    turns, x, y, phase = numbers
+    turns, x, y, phase, *_ = numbers
     r2 = coordinates(SHAPE, (frame.middle[0] + x * frame.unit, frame.middle[1] + y * frame.unit))
     k = turns / frame.unit**2
     argument = 2 * k * r2 / (1 + np.sqrt(1 - (k * STEEP) ** 2 * r2)) + phase
@@ -30,14 +35,14 @@ def exact(numbers, smooth, size):
 
 def test_log_likelihood_from_moments_equals_the_sum_over_all_pixels(gap_model):
     rng = np.random.default_rng(3)
-    best = np.array([6.0, 0.05, -0.04, 0.4])
+    best = nine(6.0, 0.05, -0.04, 0.4)
     truth, phase = exact(best, (0.5, 0.05), 0.4)
     image = truth + 0.05 * rng.normal(size=SHAPE)
     weights = (rng.random(SHAPE) > 0.2).astype(float)
     kept = moments(jnp.asarray(image), jnp.asarray(weights), localize(gap_model, jnp.asarray(best)).value[0])
     worst = 0.0
     for _ in range(100):
-        numbers = best + rng.normal(size=4) * [0.1, 0.01, 0.01, 0.1]
+        numbers = best + nine(*rng.normal(size=4) * [0.1, 0.01, 0.01, 0.1])
         away = np.abs(exact(numbers, (0.5, 0.05), 0.4)[1] - phase).max()
         numbers = best + (numbers - best) * min(1.0, 0.25 / away)
         smooth, size = (0.5 + 0.05 * rng.normal(), 0.05 * rng.normal()), 0.4 + 0.05 * rng.normal()
@@ -57,7 +62,7 @@ def test_degrees_begin_with_the_constant_then_x_and_y():
 
 
 def test_synthesized_picture_is_the_model_at_every_pixel(gap_model):
-    numbers = np.array([6.0, 0.3, -0.2, 0.1])
+    numbers = nine(6.0, 0.3, -0.2, 0.1)
     argument, shape = localize(gap_model, jnp.asarray(numbers)).value
     background = jnp.zeros(len(degrees(BACKGROUND))).at[0].set(0.5)
     picture = synthesize(background, 0.4 * shape, argument, SHAPE)
@@ -66,7 +71,7 @@ def test_synthesized_picture_is_the_model_at_every_pixel(gap_model):
 
 def test_far_from_the_reference_moments_are_wrong_so_fits_must_watch_the_excursion(gap_model):
     """Two turns away chi-squared is off by far more than one: the reason for `Solution.excursion`."""
-    best, far = np.array([6.0, 0.0, 0.0, 0.4]), np.array([10.0, 0.0, 0.0, 0.4])
+    best, far = nine(6.0, 0.0, 0.0, 0.4), nine(10.0, 0.0, 0.0, 0.4)
     image = exact(best, (0.5, 0.0), 0.4)[0]
     kept = moments(jnp.asarray(image), jnp.ones(SHAPE), localize(gap_model, jnp.asarray(best)).value[0])
     argument, shape = localize(gap_model, jnp.asarray(far)).value

@@ -1,0 +1,95 @@
+"""Parts of the model: each is found where it is, is not where it is not, and leaves the radius true."""
+
+import re
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "experiments"))
+from defects import WAVELENGTH, Case, photograph
+
+import fitting
+from fitting import models
+from fitting.illumination import converge, numbers_of
+from fitting.uncertainty import moved_by
+
+CASE = Case("none", 1.0, 10e-6, 384, (200.0, 180.0), 0.0, 0.05, 3, 12.0)
+PARTS = {
+    "distortion 2 %": "distortion",
+    "tilt 8 deg": "oblique view",
+    "contact 0.3 mm": "contact",
+}
+
+
+def fit(case: Case, **given):
+    image, pixel_size, sd = photograph(case)
+    return fitting.fit(image, wavelength=WAVELENGTH, pixel_size=pixel_size, pixel_size_sd=sd, **given)
+
+
+@pytest.mark.parametrize("defect", PARTS)
+def test_a_part_that_is_there_is_found_and_the_radius_is_true(defect):
+    result = fit(replace(CASE, defect=defect))
+    assert PARTS[defect] in result.evidence.found.parts
+    assert result.model[PARTS[defect]].startswith("kept")
+    assert abs(result.radius - 1) < 4 * result.radius_sd < 4e-3
+    assert PARTS[defect] in dict(result.budget)
+
+
+@pytest.mark.parametrize("defect", ["none", "gamma 2.2", "vignette 20 %", "doublet"])
+def test_no_part_is_kept_where_none_is(defect):
+    result = fit(replace(CASE, defect=defect))
+    assert result.evidence.found.parts == ()
+    assert abs(result.radius - 1) < 4 * result.radius_sd < 4e-4
+
+
+def test_a_gamma_is_found_and_named():
+    result = fit(replace(CASE, defect="gamma 2.2", noise=0.01))
+    found = float(re.search(r"exponent ([0-9.]+) \(fitted\)", result.model["channel"])[1])
+    assert found == pytest.approx(2.2, abs=0.1)
+    plain = fit(replace(CASE, defect="gamma 2.2", noise=0.01), transfer=2.2)
+    assert "fitted" not in plain.model["channel"]
+    assert result.radius == pytest.approx(plain.radius, abs=4 * plain.radius_sd)
+
+
+def test_contact_radius_comes_out_with_its_deviation():
+    result = fit(replace(CASE, defect="contact 0.3 mm"), parts={"contact": True})
+    parameter = result.parameters["contact_radius"]
+    assert result.contact_radius == parameter.value
+    assert abs(parameter.value - 0.3e-3) < 4 * parameter.sd < 0.01e-3
+    assert result.model["contact"].startswith("asked for")
+    assert "contact_radius" in result.names
+
+
+def test_wishes_are_kept():
+    case = replace(CASE, defect="distortion 2 %")
+    without = fit(case, parts={"distortion": False, "fifth order": False})
+    assert "distortion" not in without.evidence.found.parts
+    assert abs(without.radius - 1) > 0.01
+    asked = fit(CASE, parts={"distortion": True})
+    assert asked.evidence.found.parts == ("distortion",)
+    assert abs(asked.radius - 1) < 4 * asked.radius_sd
+
+
+def test_a_model_that_lacks_a_part_says_so_in_a_row_of_its_budget():
+    rows = dict(fit(replace(CASE, defect="distortion 2 %"), parts=dict.fromkeys(models.PARTS, False)).budget)
+    assert rows["model, by halves of the field"] > 5 * rows["noise"]
+
+
+def test_parts_that_are_none_are_refused():
+    with pytest.raises(ValueError, match="oblique view, distortion"):
+        fit(CASE, parts={"tilt": True})
+
+
+@pytest.mark.parametrize("number", [4, 6, 8])
+def test_sensitivity_to_a_held_number_is_that_of_refitting(number):
+    """By the implicit function theorem at the optimum; refitting with the number moved by 1e-4 gives the same."""
+    result = fit(replace(CASE, noise=0.0))
+    found, photo = result.evidence.found, result.picture.photograph
+    moved = []
+    for step in (1e-4, -1e-4):
+        numbers = numbers_of(found).copy()
+        numbers[number] = step
+        moved.append(numbers_of(converge(found.model, photo, numbers, found.weights, {}, (), found.shape))[0])
+    assert moved_by(found, number) == pytest.approx((moved[0] - moved[1]) / 2e-4, rel=2e-3)
