@@ -118,7 +118,7 @@ def _arguments(given: Given) -> dict:
         known |= scale_verb.from_file(given.scale_from)
     if given.scene is None:
         wavelength = None if given.wavelength is None else given.wavelength.within(1.0)
-        return {**known, "wavelength": wavelength, "view": given.view or "reflected"}
+        return {**known, "wavelength": wavelength, "view": given.view}
     from newtonjax import load_scene
 
     scene, camera = load_scene(given.scene)

@@ -53,7 +53,8 @@ def _budget(result, answer) -> str:
         for source, sd in sorted(result.budget, key=lambda row: -row[1])
     ]
     rows.append(("total", f"{answer.sd:.3g}", "100 %"))
-    return _table(f"Budget of {result.measured}", rows, ("source", "standard deviation", "share of the variance"))
+    table = _table(f"Budget of {result.measured}", rows, ("source", "standard deviation", "share of the variance"))
+    return table + f"<p>{html.escape(result.dominant())}</p>"
 
 
 def _table(title: str, rows, head: tuple[str, ...] = ()) -> str:

@@ -10,7 +10,7 @@ import optimistix as optx
 from jaxtyping import Array, Bool, Float
 from numpy.polynomial.chebyshev import chebvander
 
-from fitting.models import Local
+from fitting.models import NUMBERS, Local
 from fitting.moments import BACKGROUND, ENVELOPE, Moments, degrees, model_coefficients, node_grid, residuals
 
 # Degree of the contrast, at most; backgrounds and contrasts that are tried, as (degree, degree).
@@ -190,15 +190,22 @@ def covariance(solution: Solution, variance: float) -> np.ndarray:
     active = np.asarray(solution.active)
     jacobian = np.asarray(solution.jacobian)[:, active]
     length = np.linalg.norm(jacobian, axis=0)
+    names = np.array(_names(solution.unknowns))[active]
     if np.any(length == 0):
-        raise np.linalg.LinAlgError("a free number does not change the image")
+        raise np.linalg.LinAlgError(f"the {names[length == 0][0]} does not change the image")
     _, singular, right = np.linalg.svd(jacobian / length, full_matrices=False)
     if singular[-1] < 1e-10 * singular[0]:
-        raise np.linalg.LinAlgError("two free numbers change the image alike")
+        pair = names[np.argsort(np.abs(right[-1]))[-2:][::-1]]
+        raise np.linalg.LinAlgError(f"{pair[0]} and {pair[1]} change the image alike")
     inner = (right.T / singular**2) @ right * variance / np.outer(length, length)
     total = np.zeros((len(active),) * 2)
     total[np.ix_(active, active)] = inner
     return total
+
+
+def _names(unknowns: Unknowns) -> list[str]:
+    parts = ["background"] * len(unknowns.background) + ["contrast"] * len(unknowns.contrast)
+    return [*NUMBERS[: len(unknowns.model)], *parts]
 
 
 def background_only(kept: Moments, degree: int = BACKGROUND) -> Float[Array, ""]:

@@ -24,6 +24,10 @@ from newtonjax.gap import required_gap
 from newtonjax.precision import x64
 from newtonjax.scene import Scene
 
+_UNSTATED = (
+    "the view was not stated: taken as Newton's rings in reflected light; one image does not tell these from "
+    "transmitted ones without a known gap, nor from the rings of a Michelson interferometer"
+)
 # Fewer pixels hold no rings.
 _FEWEST = 64
 
@@ -39,7 +43,7 @@ def fit(
     pixel_size_sd: float | None = None,
     radius_sd: float | None = None,
     index_sd: float | None = None,
-    view: str = "reflected",
+    view: str | None = None,
     scene: Scene | None = None,
     free: str | tuple[str, ...] | None = None,
     fixed: dict[str, float | tuple[float, float]] | None = None,
@@ -60,7 +64,7 @@ def fit(
         With `scene` the wavelength and the index are the scene's unless given or named in `free`.
       index: of the gap's medium, 1 unless given; `free=("index",)` measures it.
       wavelength_sd, pixel_size_sd, radius_sd, index_sd: standard deviations of what is given; they enter the budget.
-      view: "reflected" or "transmitted", for the gap's sign convention; a scene has its own.
+      view: "reflected" (where it is not given, with a warning) or "transmitted"; a scene has its own.
       fixed: values held, by name: "gap" [m], "centre_px" (x, y).
       start: values to start from instead of the search, by name: "radius" [m] or "fringe_scale_per_px2", "centre_px".
       transfer: "linear", "srgb" or an exponent; see `fitting.photo.read`. Without it the usual one is taken, and an
@@ -74,6 +78,8 @@ def fit(
 
     """
     began = time.perf_counter()
+    stated = view is not None or scene is not None
+    view = view or "reflected"
     if view not in ("reflected", "transmitted"):
         raise ValueError(f"view is {view!r}; allowed: 'reflected' or 'transmitted'")
     wishes = checked_parts(parts)
@@ -83,6 +89,8 @@ def fit(
     if scene is not None:
         view = scene.view
     photograph = read(np.asarray(image) if isinstance(image, jax.Array) else image, transfer, mask)
+    if not stated:
+        photograph.warnings.append(_UNSTATED)
     if (usable := int(photograph.mask.sum())) < _FEWEST:
         reason = f"{usable} pixels of {photograph.mask.size} can be used: the image is saturated, dark or masked"
         return refused(reason, photograph, began)

@@ -102,7 +102,9 @@ class GapModel(eqx.Module):
         dx, dy = on_object(self.frame, x, y, free)
         r2 = dx * dx + dy * dy
         factor, power = self.sphere
-        inside = 1 - (factor * jnp.abs(k) ** power) ** 2 * r2
+        # At an angle the object reaches 1/cos θ further than that matrix says; 1e-12 keeps the root's slope finite.
+        longer = jnp.exp(jnp.sqrt(free[4] ** 2 + free[5] ** 2 + 1e-12) - 1e-6)
+        inside = 1 - (factor * jnp.abs(k) ** power) ** 2 * r2 * longer
         root = jnp.where(inside > 1e-6, jnp.sqrt(jnp.where(inside > 1e-6, inside, 1.0)), 1e-3)
         flattened = hertz_gap(r2, free[7] * self.frame.unit**2) - r2
         return k * (2 * r2 / (1 + root) + flattened) + free[3]

@@ -9,6 +9,21 @@ from fitting.illumination import Fitted
 from fitting.photo import Photograph
 from fitting.quantity import Quantities
 
+# What makes a row of the budget smaller.
+_ADVICE = {
+    "noise": "more light, more frames, or a mask over what is not rings",
+    "pixel_size": "a reticle with finer or better known divisions, over more of the field (newtonjax scale)",
+    "wavelength": "a spectral line instead of a lamp's band, or its catalogued value",
+    "index": "a measured index of what fills the gap",
+    "radius": "a lens of better known radius",
+    "oblique view": "look along the normal",
+    "distortion": "keep the rings in the middle of a longer focal length",
+    "fifth order": "keep the rings in the middle of a longer focal length",
+    "distortion's law": "keep the rings in the middle of a longer focal length",
+    "contact": "press less, or leave the rings next to the disc out by a mask",
+    "view of a steep sphere": "give the bench as a scene",
+    "model": "look at the residual picture; mask what is not of one ring system, or take more rings",
+}
 # Two-sided 95 % of a normal distribution.
 _COVERAGE = 1.959963984540054
 
@@ -113,6 +128,14 @@ class FitResult:
             found |= {f"{self.measured}{unit}": parameter.value, f"{self.measured}_sd{unit}": parameter.sd}
         return {key: _finite(value) for key, value in found.items()}
 
+    def dominant(self) -> str:
+        """The largest row of the budget, its share of the variance, and what would make it smaller; empty without."""
+        total = sum(sd**2 for _, sd in self.budget)
+        if not total:
+            return ""
+        source, sd = max(self.budget, key=lambda row: row[1])
+        return f"largest: {source}, {sd**2 / total:.0%} of the variance; {_ADVICE.get(source, _ADVICE['model'])}"
+
     def report(self) -> str:
         """The result as text: the answer, its budget, the parameters, and what was modelled."""
         lines = [f"[[Result]]  {self.status}" + (f": {self.message}" if self.message else "")]
@@ -132,13 +155,16 @@ class FitResult:
             lines += [f"    fringes explain {self.explained_variance:.1%} of the variance"]
         if self.budget:
             lines += ["[[Budget]]  standard deviations of " + self.measured]
-            lines += [f"    {source:<12} {sd:.3g}" for source, sd in self.budget]
+            width = max(len(source) for source, _ in self.budget)
+            lines += [f"    {source:<{width}} {sd:.3g}" for source, sd in self.budget]
+            lines += [f"    {self.dominant()}"] if self.dominant() else []
         if self.parameters:
             lines += ["[[Parameters]]"]
+            width = max(len(name) for name in self.parameters)
             for name, parameter in self.parameters.items():
                 sd = "(given)" if parameter.fixed else f"+/- {parameter.sd:.2g}" if parameter.sd is not None else ""
                 sd = f"+/- {parameter.sd:.2g} (given)" if parameter.fixed and parameter.sd else sd
-                lines += [f"    {name:<12} {parameter.value:.8g} {sd}"]
+                lines += [f"    {name:<{width}} {parameter.value:.8g} {sd}"]
         if self.model:
             lines += ["[[Model]]"] + [f"    {part:<12} {why}" for part, why in self.model.items()]
         if self.warnings:

@@ -12,8 +12,11 @@ from fitting.photo import Photograph
 from fitting.quantity import Quantities
 from fitting.result import Evidence, FitResult, Picture
 from fitting.selection import Choice
-from fitting.smoothing import fringe_correlation
+from fitting.smoothing import fringe_correlation, thin
 from fitting.uncertainty import image_rows
+
+# Fringes finer than this [cycles per pixel] are near the camera's limit of a half.
+_NYQUIST = 0.42
 
 
 def refused(reason: str, photograph: Photograph, began: float) -> FitResult:
@@ -33,6 +36,11 @@ def summarize(photograph: Photograph, known: Quantities, view: str, choice: Choi
     warnings = [*photograph.warnings, *_warnings(inflation, known)]
     if float(found.solution.image[1].mean()) < 0:
         warnings.append("the fringes are bright where the given gap makes them dark: check gap and view")
+    if (finest := _finest(found)) > _NYQUIST:
+        warnings.append(
+            f"the finest fringes are {1 / finest:.2g} pixels wide, near the two below which they pass for wider "
+            "ones: mask the rim, or take more pixels"
+        )
     picture = Picture(photograph, found.fitted, found.phase, found.weights)
     common = {
         "measured": known.unknown or "radius",
@@ -57,6 +65,14 @@ def summarize(photograph: Photograph, known: Quantities, view: str, choice: Choi
     seen = Evidence(found, known, variance, covariance)
     seconds = time.perf_counter() - began
     return FitResult(**numbers, warnings=warnings, seconds=seconds, evidence=seen, **common)
+
+
+def _finest(found: Fitted) -> float:
+    """Largest frequency of the fringes where they were used [cycles per pixel]."""
+    sample = thin(found.weights > 0, 20_000)
+    rows, columns = (np.gradient(found.phase, axis=axis)[sample] for axis in (0, 1))
+    used = found.weights[sample] > 0
+    return float(np.percentile(np.hypot(rows, columns)[used], 99.9)) if used.any() else 0.0
 
 
 def _warnings(inflation: float, known: Quantities) -> list[str]:

@@ -151,7 +151,7 @@ def test_quantities_reach_the_fit_in_si(fitted):
         "pixel_size": pytest.approx(12.75e-6),
         "pixel_size_sd": pytest.approx(1e-7),
         "radius": None,
-        "view": "reflected",
+        "view": None,
         "transfer": 2.2,
     }
 
