@@ -21,6 +21,8 @@ from fitting.options import (
     OutputDir,
     Pixel,
     PixelSd,
+    PlateRadius,
+    PlateSd,
     Polarization,
     Radius,
     ScaleFrom,
@@ -147,6 +149,8 @@ def fit(
     transfer: Transfer = None,
     scale_from: ScaleFrom = None,
     contact: Contact = None,
+    plate_radius: PlateRadius = None,
+    plate_radius_sd: PlateSd = None,
     mask: MaskImage = None,
     mcmc: Annotated[bool, typer.Option("--mcmc", help="Draw from the posterior too (emcee).")] = False,
     json: Json = None,
@@ -162,19 +166,9 @@ def fit(
     from fitting.answer import Outputs
 
     given = fit_verb.Given(
-        wavelength,
-        pixel_size,
-        wavelength_sd,
-        pixel_size_sd,
-        radius,
-        view,
-        scene,
-        transfer,
-        scale_from,
-        contact,
-        mask,
-        mcmc,
-    )
+        wavelength, pixel_size, wavelength_sd, pixel_size_sd, radius, view, scene, transfer, scale_from, contact, mask,
+        mcmc, plate_radius, plate_radius_sd,
+    )  # fmt: skip
     return fit_verb.run(photo, given, Outputs(json, output_dir, force))
 
 

@@ -29,6 +29,8 @@ class Given(NamedTuple):
     contact: bool | None = None
     mask: Path | None = None
     mcmc: bool = False
+    plate_radius: float | None = None
+    plate_radius_sd: float | None = None
 
 
 def run(photo: Path, given: Given, outputs: Outputs) -> int:
@@ -110,6 +112,9 @@ def _arguments(given: Given) -> dict:
         "radius": given.radius,
         "transfer": given.transfer,
     }
+    for name in ("plate_radius", "plate_radius_sd"):
+        if getattr(given, name) is not None:
+            known[name] = getattr(given, name)
     if given.mask is not None:
         known["mask"] = read_mask(given.mask)
     if given.contact is not None:

@@ -56,6 +56,8 @@ def sample(
     if steps < 8:
         raise ValueError(f"steps is {steps}; allowed: at least 8")
     found, known, variance, covariance = result.evidence
+    if known.plate is not None:
+        raise ValueError("a chain holds the rings' own radius; fit without plate_radius, and take the plate off after")
     with x64():
         target = posterior(found, known, variance, covariance)
         if sampler == "nuts":

@@ -11,7 +11,7 @@ import numpy as np
 from fitting.illumination import Fitted, numbers_of, robust_fit
 from fitting.models import NUMBERS, GapModel, curved_surface, frame_of
 from fitting.photo import Photograph, read
-from fitting.quantity import Quantities, checked_fixed, checked_start, quantities
+from fitting.quantity import Quantities, checked_fixed, checked_plate, checked_start, quantities
 from fitting.result import FitResult
 from fitting.scene_start import scene_start
 from fitting.selection import Choice, adapt, checked_parts
@@ -43,6 +43,8 @@ def fit(
     pixel_size_sd: float | None = None,
     radius_sd: float | None = None,
     index_sd: float | None = None,
+    plate_radius: float | None = None,
+    plate_radius_sd: float | None = None,
     view: str | None = None,
     scene: Scene | None = None,
     free: str | tuple[str, ...] | None = None,
@@ -63,6 +65,8 @@ def fit(
       wavelength, pixel_size, radius: [m]; two of the three. Without the pixel size the answer is the fringe scale.
         With `scene` the wavelength and the index are the scene's unless given or named in `free`.
       index: of the gap's medium, 1 unless given; `free=("index",)` measures it.
+      plate_radius, plate_radius_sd: of a curved plate under the lens [m], positive where it bulges towards the lens;
+        the rings then are those of 1/R + 1/plate_radius, and the radius is the lens's. For shallow faces.
       wavelength_sd, pixel_size_sd, radius_sd, index_sd: standard deviations of what is given; they enter the budget.
       view: "reflected" (where it is not given, with a warning) or "transmitted"; a scene has its own.
       fixed: values held, by name: "gap" [m], "centre_px" (x, y).
@@ -86,6 +90,10 @@ def fit(
     free = (free,) if isinstance(free, str) else tuple(free or ())
     fixed, start = checked_fixed(fixed), checked_start(start)
     known = _known(locals(), scene)
+    if plate := checked_plate(plate_radius, plate_radius_sd):
+        if scene is not None or known.unknown != "radius":
+            raise ValueError("plate_radius goes with wavelength and pixel_size, and no scene; leave it out")
+        known = replace(known, plate=plate)
     if scene is not None:
         view = scene.view
     photograph = read(np.asarray(image) if isinstance(image, jax.Array) else image, transfer, mask)

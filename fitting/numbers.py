@@ -74,6 +74,9 @@ def measured(
         }
     effects = {name: _effect(found, known, name) * values[known.unknown] / values[name] for name in known.sd}
     budget = rows + [(name, abs(effects[name]) * sd) for name, sd in known.sd.items()]
+    if known.plate is not None:
+        budget, factor = _on_plate(known, values, budget)
+        common["covariance"] *= np.outer(*[np.where(np.arange(len(moving)) == 0, factor, 1.0)] * 2)
     total = float(np.sqrt(sum(sd**2 for _, sd in budget)))
     given = {name: Parameter(values[name], known.sd.get(name), True) for name in known.given}
     answer = {known.unknown: Parameter(values[known.unknown], total, False)}
@@ -85,6 +88,22 @@ def measured(
         "budget": budget,
         **_radius(known, values, total, budget),
     }
+
+
+def _on_plate(known: Quantities, values: dict[str, float], budget: list) -> tuple[list, float]:
+    """The budget of a lens on a curved plate, and d radius / d effective radius; puts the lens's radius into `values`.
+
+    The rings' radius is that of 1/R + 1/R_plate. Raises ValueError where the plate is as hollow as no lens fills.
+    """
+    other, sd = known.plate or (np.inf, 0.0)
+    effective = values["radius"]
+    curvature = 1 / effective - 1 / other
+    if not curvature > 0:
+        raise ValueError(f"plate_radius is {other:g} m: with rings of {effective:.4g} m the lens would not be convex")
+    values["radius"] = 1 / curvature
+    factor = (values["radius"] / effective) ** 2
+    rows = [(source, factor * row) for source, row in budget]
+    return [*rows, ("plate_radius", (values["radius"] / other) ** 2 * sd)], factor
 
 
 def _mean_scale(found: Fitted) -> float:

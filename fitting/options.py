@@ -105,6 +105,13 @@ Contact = Annotated[
         "--contact/--no-contact", help="A lens pressed flat on the plate.", show_default="if the image has it"
     ),
 ]
+PlateRadius = Annotated[
+    float | None,
+    option(quantities.length, "LENGTH", "Radius of a curved plate, negative where it is hollow to the lens.", "flat"),
+]
+PlateSd = Annotated[
+    float | None, option(quantities.length_from_zero, "LENGTH", "Standard deviation of the plate's radius.")
+]
 MaskImage = Annotated[
     Path | None, typer.Option(metavar="IMAGE", help="An image of the photograph's size, black where it is not used.")
 ]

@@ -71,11 +71,15 @@ def _checked(what: str, given, scalars: set[str]) -> dict:
 
 @dataclass(frozen=True)
 class Quantities:
-    """What is given (SI units), with standard deviations, and the one that is measured (None: not enough given)."""
+    """What is given (SI units), with standard deviations, and the one that is measured (None: not enough given).
+
+    `plate`: radius and standard deviation of the other face [m], None for a flat one.
+    """
 
     given: dict[str, float]
     sd: dict[str, float]
     unknown: str | None
+    plate: tuple[float, float] | None = None
 
     @property
     def measured(self) -> str:
@@ -104,6 +108,15 @@ class Quantities:
             return 0.0, 1.0
         values, power = self.values(scale), {"radius": 1.0, "pixel_size": 0.5}.get(self.unknown, 0.0)
         return values["pixel_size"] / values["radius"] / scale**power, power
+
+
+def checked_plate(radius, sd) -> tuple[float, float] | None:
+    """Radius and standard deviation of a curved test plate. Raises ValueError for what cannot be one."""
+    check_deviation("plate_radius", sd, radius)
+    if radius is None:
+        return None
+    check_quantity("plate_radius", abs(number("plate_radius", radius)), "radius")
+    return float(radius), float(sd or 0.0)
 
 
 def quantities(given: dict[str, float | None], sd: dict[str, float | None], free: tuple[str, ...]) -> Quantities:

@@ -5,6 +5,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "experiments"))
@@ -93,3 +94,26 @@ def test_sensitivity_to_a_held_number_is_that_of_refitting(number):
         numbers[number] = step
         moved.append(numbers_of(converge(found.model, photo, numbers, found.weights, {}, (), found.shape))[0])
     assert moved_by(found, number) == pytest.approx((moved[0] - moved[1]) / 2e-4, rel=2e-3)
+
+
+@pytest.mark.parametrize("plate", [2.5, -1.5])
+def test_the_lens_on_a_curved_plate_comes_out_with_the_plates_deviation(plate):
+    """Rings of 1/R + 1/R_plate: 1 m rings belong to a lens of 1 / (1 - 1/R_plate)."""
+    result = fit(CASE, plate_radius=plate, plate_radius_sd=0.01)
+    truth = 1 / (1 - 1 / plate)
+    assert abs(result.radius - truth) < 4 * result.radius_sd
+    assert dict(result.budget)["plate_radius"] == pytest.approx(0.01 * truth**2 / plate**2, rel=1e-3)
+    plain = fit(CASE)
+    assert dict(result.budget)["noise"] == pytest.approx(dict(plain.budget)["noise"] * truth**2, rel=1e-3)
+    assert np.sqrt(result.covariance[0, 0]) == pytest.approx(dict(result.budget)["noise"], rel=1e-3)
+
+
+def test_plates_that_cannot_be_are_refused():
+    with pytest.raises(ValueError, match="would not be convex"):
+        fit(CASE, plate_radius=0.5)
+    with pytest.raises(ValueError, match="plate_radius is 0"):
+        fit(CASE, plate_radius=0.0)
+    with pytest.raises(ValueError, match="without plate_radius"):
+        fit(CASE, plate_radius_sd=0.1)
+    with pytest.raises(ValueError, match="no scene; leave it out"):
+        fitting.fit(np.ones((64, 64)), wavelength=WAVELENGTH, plate_radius=1.0)
