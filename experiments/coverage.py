@@ -134,8 +134,15 @@ def save(names, rows: list[dict]) -> None:
     short = [
         {key: _digits(row[key]) for key in kept if key in row} for row in rows if row["status"] != "beyond the bound"
     ]
+    table = [summary(name, rows) for name in names]
+    file = records.RESULTS / "coverage.json"
+    if len(names) < len(DEFECTS) and file.exists():  # the other defects stay as they were
+        before = json.loads(file.read_text(encoding="utf-8"))
+        table += [line for line in before["table"] if line["defect"] not in names]
+        short += [row for row in before["photographs"] if row["defect"] not in names]
+    table.sort(key=lambda line: DEFECTS.index(line["defect"]))
     short.sort(key=lambda row: (row["defect"], row["seed"]))
-    records.save("coverage", {"table": [summary(name, rows) for name in names], "photographs": short})
+    records.save("coverage", {"table": table, "photographs": short})
 
 
 def _digits(value):

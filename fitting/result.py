@@ -21,6 +21,7 @@ _ADVICE = {
     "fifth order": "keep the rings in the middle of a longer focal length",
     "distortion's law": "keep the rings in the middle of a longer focal length",
     "contact": "press less, or leave the rings next to the disc out by a mask",
+    "sodium's two lines": "fewer rings, or a laser",
     "view of a steep sphere": "give the bench as a scene",
     "model": "look at the residual picture; mask what is not of one ring system, or take more rings",
 }

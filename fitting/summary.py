@@ -53,7 +53,7 @@ def summarize(photograph: Photograph, known: Quantities, view: str, choice: Choi
         return FitResult("not-converged", message, warnings=warnings, seconds=time.perf_counter() - began, **common)
     try:
         covariance = ls.covariance(found.solution, variance)
-        rows = image_rows(found, photograph, variance, rivals)
+        rows = image_rows(found, photograph, variance, rivals, known.given.get("wavelength"))
     except np.linalg.LinAlgError as error:
         return FitResult(
             "refused", f"undetermined: {error}", warnings=warnings, seconds=time.perf_counter() - began, **common

@@ -190,7 +190,8 @@ def test_the_folder_gets_picture_report_and_answer_once(fitted, tmp_path, capsys
     folder = tmp_path / "new" / "results"
     arguments = ["fit", fitted.photo, "--output-dir", str(folder)]
     assert main(arguments) == 0
-    assert sorted(path.name for path in folder.iterdir()) == ["report.txt", "result.json", "result.png"]
+    found = sorted(path.name for path in folder.iterdir())
+    assert found == ["report.html", "report.txt", "result.json", "result.png"]
     assert "--force" in refusal(capsys, *arguments)
     assert len(fitted.calls) == 1  # refused before the fit
     assert main([*arguments, "--force"]) == 0
