@@ -58,7 +58,7 @@ def _deep_png(path: Path) -> np.ndarray:
 def _raw(path: Path) -> np.ndarray:
     """Colours of a camera's raw file, 16 bits, linear in the light (LibRaw; the extra `raw`)."""
     try:
-        import rawpy
+        import rawpy  # pyright: ignore[reportMissingImports]  # an extra
     except ImportError as error:
         raise ValueError("raw files need rawpy; install it: pip install 'newtonjax[raw]'") from error
     with rawpy.imread(str(path)) as file:

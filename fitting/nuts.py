@@ -16,7 +16,7 @@ def run(target: Posterior, chains: int, steps: int, seed: int) -> tuple[np.ndarr
     size is adapted (Hoffman and Gelman 2014, section 3.2).
     """
     try:
-        import blackjax
+        import blackjax  # pyright: ignore[reportMissingImports]  # an extra
     except ImportError as error:
         raise ValueError("sampler='nuts' needs blackjax; install it: pip install 'newtonjax[nuts]'") from error
     if chains < 2:
