@@ -14,6 +14,26 @@ def test_ten_millimetre_surface_is_within_one_and_a_half_percent(shared):
     assert abs(result.radius / 10.02e-3 - 1) < 0.015
 
 
+def test_ten_millimetre_surface_is_covered_with_half_a_percent_of_scale(shared):
+    given = {"wavelength": 635e-9, "pixel_size": 1.3612e-6, "pixel_size_sd": 0.005 * 1.3612e-6}
+    low, high = fitting.fit(shared / "photos" / "surface_10mm_laser.png", **given).radius_interval
+    assert low < 10.02e-3 < high
+
+
+def test_metre_lens_with_a_contact_is_the_same_in_three_windows_and_covered(shared):
+    """The whole field, and within 260 and 200 pixels of the centre; with 1 % of scale the interval holds 1000 mm."""
+    path = shared / "photos" / "lens_1000mm_sodium.jpg"
+    y, x = np.mgrid[:480, :640]
+    given = {"wavelength": SODIUM, "pixel_size": 12.75e-6, "pixel_size_sd": 0.01 * 12.75e-6, "parts": {"contact": True}}
+    found = [fitting.fit(path, **given, mask=np.hypot(x - 287, y - 215) < reach) for reach in (900, 260, 200)]
+    assert [result.status for result in found] == ["ok"] * 3
+    radii = [result.radius for result in found]
+    assert max(radii) / min(radii) - 1 < 0.005
+    assert found[0].radius_interval[0] < 1.0 < found[0].radius_interval[1]
+    assert found[0].explained_variance > 0.95
+    assert found[0].contact_radius == pytest.approx(0.69e-3, rel=0.03)
+
+
 def test_metre_lens_is_within_six_percent(shared):
     result = fitting.fit(shared / "photos" / "lens_1000mm_sodium.jpg", wavelength=SODIUM, pixel_size=12.75e-6)
     assert result.status == "ok"
