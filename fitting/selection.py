@@ -22,6 +22,8 @@ from fitting.trials import DISCS, WARPS, bent, nested, rim, touching
 _CLEAR = 6.0
 # With fewer fringes than this, parts may be structure of another kind where residuals are correlated more than this.
 _FEW_FOR_PARTS, _STRUCTURED = 12.0, 3.0
+# Share of the variance that no photograph leaves so little of: the rounding of 8 bits alone leaves ten times as much.
+_NOTHING = 1e-6
 # A microscope on the gap of a steep sphere sees 2 t only to some 3.3 (r/R)², which a distortion imitates; twice that,
 # since the share depends on the glass above.
 _STEEP = 6.6
@@ -90,6 +92,8 @@ def adapt(found: Fitted, photograph: Photograph, wishes: dict[str, bool], pinned
 
 def _screened(found: Fitted, photograph: Photograph, wishes: dict[str, bool]) -> dict[str, str]:
     """The parts that need no trial, and why: a score test sees no use for them, correlation of residuals or none."""
+    if 1 - found.explained < _NOTHING and not any(wishes.values()):
+        return dict.fromkeys((*WARPS, "contact"), "not tried: nothing is left over to explain")
     judge = _Judge([found], photograph)
     left, columns = _columns(found)
 
