@@ -2,8 +2,9 @@
 
 import io
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from fitting import output
@@ -15,7 +16,7 @@ _NAMES = {"picture": "result.png", "report": "report.txt", "json": "result.json"
 class Extras(NamedTuple):
     """What a verb adds: keys of the answer, text after the report, files of the folder made from the picture."""
 
-    answer: dict[str, Any] = {}  # noqa: RUF012 (never changed)
+    answer: Mapping[str, Any] = MappingProxyType({})
     text: str = ""
     files: Callable[[bytes], dict[str, bytes | str]] | None = None
 
@@ -50,7 +51,7 @@ class Outputs(NamedTuple):
         `extras`: more for the answer, for the text, and for the folder.
         """
         status, extras = _EXIT[result.status], extras or Extras()
-        answer, text = output.json_text(result.as_dict() | extras.answer), result.report() + extras.text
+        answer, text = output.json_text({**result.as_dict(), **extras.answer}), result.report() + extras.text
         paths = self.in_folder()
         if self.json == "-":
             sys.stdout.write(answer)

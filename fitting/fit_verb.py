@@ -98,6 +98,8 @@ def _check(photo: Path, given: Given, outputs: Outputs) -> None:
             raise FileNotFoundError(f"{path} is no file; give the path of a {what}")
     if given.scale_from is not None and given.pixel_size is not None:
         raise ValueError("--scale-from and --pixel-size both give the pixel size; leave one out")
+    if given.mcmc and given.plate_radius is not None:
+        raise ValueError("--mcmc draws the rings' own radius; leave --plate-radius out, and take the plate off after")
     outputs.check(tuple(filter(None, read)))
 
 

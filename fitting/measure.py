@@ -74,8 +74,9 @@ def fit(
       transfer: "linear", "srgb" or an exponent; see `fitting.photo.read`. Without it the usual one is taken, and an
         exponent more where the fringes have a second harmonic.
       mask: True where pixels may be used.
-      parts: "oblique view", "distortion" or "contact", with True (there, whatever the image says) or False (not there);
-        those not named are there where the image calls for them.
+      parts: "oblique view", "distortion", "fifth order" (of the distortion), "contact" or "film" (between the pressed
+        faces), with True (there, whatever the image says) or False (not there); those not named are there where the
+        image calls for them.
 
     What the data cannot give comes back as a status and a message. Raises ValueError and FileNotFoundError for input
     that cannot be used.
@@ -174,13 +175,11 @@ def _of_gap(photograph, rings: Rings, known, view: str, fixed: dict, wishes: dic
     warps are tried only where the rings are not found without them.
     """
     plain = Choice(_fit_gap(photograph, rings, known, view, fixed), {})
-    if scene is None and known.unknown is not None:
+    scaled = scene is None and known.unknown is not None
+    if scaled or why_refused(plain.found, photograph, rings):
         return adapt(plain.found, photograph, wishes, pinned)
-    lost = bool(why_refused(plain.found, photograph, rings))
     if scene is not None:
-        return adapt(plain.found, photograph, wishes, pinned) if lost else plain
-    if lost:
-        return adapt(plain.found, photograph, wishes, pinned)
+        return plain
     choice = adapt(plain.found, photograph, dict.fromkeys(WARPS, False) | wishes, pinned)
     untried = dict.fromkeys(WARPS, "not tried: without a pixel size the image does not need it")
     return choice._replace(evidence=untried | choice.evidence)

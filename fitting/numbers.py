@@ -12,7 +12,7 @@ from fitting.moments import model_coefficients, residuals
 from fitting.quantity import EXPONENTS, Quantities
 from fitting.result import Parameter, interval
 from fitting.scene_start import gap_height
-from fitting.smoothing import thin
+from fitting.smoothing import pixels_of
 
 _WARP_NAMES = ("stretch", "shear", "distortion", "contact_radius", "distortion_fifth_order")
 
@@ -61,11 +61,10 @@ def measured(
     }
     if known.unknown is None or gap is None:
         mean = _mean_scale(found)
-        factors = np.array([mean, *(1.0 for _ in moving[1:])])
         common |= {
             "fringe_scale_per_px2": scale * mean,
             "fringe_scale_sd": common["fringe_scale_sd"] * mean,
-            "covariance": common["covariance"] * np.outer(factors, factors),
+            "covariance": _rescaled(common["covariance"], mean),
         }
         missing = " and ".join(name for name in EXPONENTS if name not in known.given)
         return common | {
@@ -76,7 +75,7 @@ def measured(
     budget = rows + [(name, abs(effects[name]) * sd) for name, sd in known.sd.items()]
     if known.plate is not None:
         budget, factor = _on_plate(known, values, budget)
-        common["covariance"] *= np.outer(*[np.where(np.arange(len(moving)) == 0, factor, 1.0)] * 2)
+        common["covariance"] = _rescaled(common["covariance"], factor)
     total = float(np.sqrt(sum(sd**2 for _, sd in budget)))
     given = {name: Parameter(values[name], known.sd.get(name), True) for name in known.given}
     answer = {known.unknown: Parameter(values[known.unknown], total, False)}
@@ -88,6 +87,13 @@ def measured(
         "budget": budget,
         **_radius(known, values, total, budget),
     }
+
+
+def _rescaled(covariance: np.ndarray, factor: float) -> np.ndarray:
+    """The covariance with its first number in units that are so many times smaller."""
+    factors = np.ones(len(covariance))
+    factors[0] = factor
+    return covariance * np.outer(factors, factors)
 
 
 def _on_plate(known: Quantities, values: dict[str, float], budget: list) -> tuple[list, float]:
@@ -109,9 +115,7 @@ def _on_plate(known: Quantities, values: dict[str, float], budget: list) -> tupl
 def _mean_scale(found: Fitted) -> float:
     """What a distortion makes of the scale on the mean of the field: slope of the object's r² over the image's."""
     model, free = found.model, numbers_of(found)
-    sample = thin(found.weights > 0)
-    rows, columns = np.nonzero(found.weights[sample])
-    x, y = columns * sample[1].step, rows * sample[0].step
+    x, y = pixels_of(found.weights > 0)
     here = [free[k + 1] * model.frame.unit + model.frame.middle[k] for k in (0, 1)]
     seen = (x - here[0]) ** 2 + (y - here[1]) ** 2
     dx, dy = (np.asarray(table) for table in on_object(model.frame, x, y, jnp.asarray(free)))

@@ -16,6 +16,7 @@ _ADVICE = {
     "wavelength": "a spectral line instead of a lamp's band, or its catalogued value",
     "index": "a measured index of what fills the gap",
     "radius": "a lens of better known radius",
+    "plate_radius": "a plate of better known radius, or a flat one",
     "oblique view": "look along the normal",
     "distortion": "keep the rings in the middle of a longer focal length",
     "fifth order": "keep the rings in the middle of a longer focal length",

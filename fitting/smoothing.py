@@ -61,6 +61,13 @@ def thin(mask: np.ndarray, pixels: int = 200_000) -> tuple[slice, slice]:
     return slice(None, None, step), slice(None, None, step)
 
 
+def pixels_of(mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Columns and rows of some of a mask's pixels, spread over all of it."""
+    sample = thin(mask, 20_000)
+    rows, columns = np.nonzero(mask[sample])
+    return columns * sample[1].step, rows * sample[0].step
+
+
 def reduce(image: np.ndarray, factor: int) -> np.ndarray:
     """Means over blocks of so many pixels a side; what is left at the far edges is cut off."""
     if factor == 1:

@@ -8,7 +8,7 @@ from fitting import least_squares as ls
 from fitting.illumination import FEW, Fitted, converge, fringes_seen, numbers_of
 from fitting.phase_map import followed
 from fitting.photo import Photograph
-from fitting.smoothing import thin
+from fitting.smoothing import pixels_of
 
 # Parts that bend the map from the image to the object, with the largest numbers that can be meant: cos θ = 0.67, and
 # 15 % at the rim of the field (eyepieces reach 10 %).
@@ -75,11 +75,9 @@ def _sane(found: Fitted, photograph: Photograph) -> bool:
 
 def rim(lit: np.ndarray) -> float:
     """Largest squared distance of the lit field from the image's middle [half diagonals squared]."""
-    sample = thin(lit)
-    rows, columns = np.nonzero(lit[sample])
-    middle = [(n - 1) / 2 for n in lit.shape]
-    away = (rows * sample[0].step - middle[0]) ** 2 + (columns * sample[1].step - middle[1]) ** 2
-    return float(away.max()) / (middle[0] ** 2 + middle[1] ** 2)
+    x, y = pixels_of(lit)
+    middle_y, middle_x = ((n - 1) / 2 for n in lit.shape)
+    return float(((x - middle_x) ** 2 + (y - middle_y) ** 2).max()) / (middle_x**2 + middle_y**2)
 
 
 def _is_disc(fit: Fitted) -> bool:

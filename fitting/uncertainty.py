@@ -21,7 +21,7 @@ _SODIUM, _LINES = 589.3e-9, 0.597e-9
 # A visibility that falls by less tells nothing, and moves no radius.
 _FADING = 0.003
 # The two usual laws of distortion, from the image to the object and back, differ by 3 κ² in the fifth order: taken as
-# two standard deviations where the image does not tell.
+# one and a half standard deviations where the image does not tell.
 _FIFTH = 2.0
 
 
@@ -79,8 +79,7 @@ def _doublet(found: Fitted) -> float:
         return 0.0
     bend = np.angle(both) / (2 * np.pi)
     change = np.asarray(ls.responses(found.solution, found.kept, jnp.asarray(bend[None]))[1])[0]
-    jacobian = np.asarray(found.solution.jacobian)[:, np.asarray(found.solution.active)]
-    return share * abs(float(np.linalg.lstsq(jacobian, change, rcond=1e-12)[0][0]))
+    return share * abs(_pulled(found.solution, change))
 
 
 def _faded(found: Fitted, wanted: np.ndarray) -> float:
@@ -117,9 +116,13 @@ def _told(solution: ls.Solution, number: int, variance: float) -> float:
 
 def moved_by(found: Fitted, number: int) -> float:
     """Change of the first number when another one that is held moves by one: the implicit function theorem."""
-    jacobian = np.asarray(found.solution.jacobian)
-    active = jacobian[:, np.asarray(found.solution.active)]
-    return -float(np.linalg.lstsq(active, jacobian[:, number], rcond=1e-12)[0][0])
+    return _pulled(found.solution, np.asarray(found.solution.jacobian)[:, number])
+
+
+def _pulled(solution: ls.Solution, change: np.ndarray) -> float:
+    """Change of the first number that makes up for a change of the residuals, the others being free."""
+    jacobian = np.asarray(solution.jacobian)[:, np.asarray(solution.active)]
+    return -float(np.linalg.lstsq(jacobian, change, rcond=1e-12)[0][0])
 
 
 def halves_apart(found: Fitted, photograph: Photograph, variance: float) -> float:

@@ -5,7 +5,7 @@ import numpy as np
 from fitting.illumination import FEW, Fitted, fringes_seen, numbers_of
 from fitting.photo import Photograph
 from fitting.quantity import Quantities
-from fitting.smoothing import correlation, thin
+from fitting.smoothing import correlation, pixels_of
 from fitting.start import Rings, plane_wave
 
 # Fringes that explain less than this are looked at twice; less than that are none.
@@ -74,21 +74,14 @@ def noise_variance(image: np.ndarray, mask: np.ndarray) -> float:
     return float(1.4826 * np.median(np.abs(four[whole]))) ** 2 / 4
 
 
-def _pixels(mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Columns and rows of some of a mask's pixels, spread over all of it."""
-    sample = thin(mask, 20_000)
-    rows, columns = np.nonzero(mask[sample])
-    return columns * sample[1].step, rows * sample[0].step
-
-
 def _squared_distance(mask: np.ndarray, centre: tuple[float, float]) -> np.ndarray:
-    x, y = _pixels(mask)
+    x, y = pixels_of(mask)
     return (x - centre[0]) ** 2 + (y - centre[1]) ** 2
 
 
 def _straight(mask: np.ndarray, scale: float, centre: tuple[float, float]) -> str:
     """That many fringes cross the field without bending as rings do: then their curvature may be none. Else empty."""
-    x, y = _pixels(mask)
+    x, y = pixels_of(mask)
     orders = abs(scale) * float(np.ptp(_squared_distance(mask, centre)))
     bend = abs(scale) * float(_squared_distance(mask, (float(x.mean()), float(y.mean()))).max())
     if bend >= min(1.0, _BEND + _WARPED * orders) or orders <= 3:
@@ -104,7 +97,7 @@ def too_steep(photograph: Photograph, rings: Rings, known: Quantities) -> str:
     if known.unknown is None or rings.match < 0.05:
         return ""
     values = known.values(rings.scale)
-    x, y = _pixels(photograph.mask)
+    x, y = pixels_of(photograph.mask)
     reach = values["pixel_size"] * float(np.hypot(x - rings.centre[0], y - rings.centre[1]).max())
     if reach < values["radius"]:
         return ""

@@ -6,20 +6,48 @@ from noise alone and of the total one, median of half-width over error (2.9 for 
 (more than ten half-widths off and more than 5 %). "Before" is the fit with no parts allowed and the interval of its
 noise row.
 
-    python experiments/coverage.py [--seeds 100] [--on-model 1000] [--processes 2] [--quick]
+    python experiments/intervals.py [--seeds 100] [--on-model 1000] [--processes 2] [--quick]
 """
 
 import argparse
+import csv
 import json
 import multiprocessing
 import os
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import records
 from defects import DEFECTS, WAVELENGTH, bound, draw_case, photograph
 
+_KEPT = (
+    "defect",
+    "seed",
+    "radius_m",
+    "rings",
+    "noise",
+    "size",
+    "bound",
+    "status",
+    "after_error",
+    "after_half",
+    "seconds",
+)
+_PAGE = Path(__file__).parents[1] / "docs" / "uncertainty.md"
+_COLUMNS = (
+    "defect",
+    "photographs",
+    "refused",
+    "covered before",
+    "covered",
+    "half-width before",
+    "half-width",
+    "median error",
+    "half-width over error",
+    "half-width over rms error",
+)
 _NO_PARTS = dict.fromkeys(("oblique view", "distortion", "fifth order", "contact", "film"), False)
 
 
@@ -81,6 +109,9 @@ def summary(defect: str, rows: list[dict]) -> dict:
         "half_width_over_error": float(np.median([row["after_half"] / abs(row["after_error"]) for row in ok]))
         if ok
         else None,
+        "half_width_over_rms": float(np.mean([(row["after_error"] / row["after_half"]) ** 2 for row in ok]) ** -0.5)
+        if ok
+        else None,
         "accepted_wrongly": len(wrong),
     }
     if plain:
@@ -133,20 +164,46 @@ def main() -> None:
 
 
 def save(names, rows: list[dict]) -> None:
-    """The table, and every photograph that was fitted in a few numbers."""
-    kept = ("defect", "seed", "radius_m", "rings", "noise", "size", "bound", "status", "after_error", "after_half")
-    short = [
-        {key: _digits(row[key]) for key in kept if key in row} for row in rows if row["status"] != "beyond the bound"
-    ]
+    """The table, here and in the documentation, and every photograph that was fitted in a few numbers."""
+    short = [{key: _digits(row.get(key)) for key in _KEPT} for row in rows if row["status"] != "beyond the bound"]
     table = [summary(name, rows) for name in names]
-    file = records.RESULTS / "coverage.json"
-    if len(names) < len(DEFECTS) and file.exists():  # the other defects stay as they were
-        before = json.loads(file.read_text(encoding="utf-8"))
+    every = records.RESULTS / "intervals.csv"
+    if len(names) < len(DEFECTS) and every.exists():  # the other defects stay as they were
+        before = json.loads((records.RESULTS / "intervals.json").read_text(encoding="utf-8"))
         table += [line for line in before["table"] if line["defect"] not in names]
-        short += [row for row in before["photographs"] if row["defect"] not in names]
+        with every.open(encoding="utf-8", newline="") as file:
+            short += [row for row in csv.DictReader(file) if row["defect"] not in names]
     table.sort(key=lambda line: DEFECTS.index(line["defect"]))
-    short.sort(key=lambda row: (row["defect"], row["seed"]))
-    records.save("coverage", {"table": table, "photographs": short})
+    short.sort(key=lambda row: (row["defect"], int(row["seed"])))
+    records.save("intervals", {"table": table})
+    with every.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, _KEPT)
+        writer.writeheader()
+        writer.writerows(short)
+    _into_documentation(table)
+
+
+def _into_documentation(table: list[dict]) -> None:
+    """Put the table between its two marks in docs/uncertainty.md."""
+    text = _PAGE.read_text(encoding="utf-8")
+    head, tail = text[: text.index("<!-- coverage -->")], text[text.index("<!-- end -->") :]
+    lines = ["| " + " | ".join(_COLUMNS) + " |", "|---" * len(_COLUMNS) + "|"]
+    for line in table:
+        cells = [line["defect"], str(line["photographs"]), _share(line["refused"])]
+        cells += [_share(line.get("before_covered"))]
+        cells += [_share(line["covered"]), _small(line.get("before_median_half_width"))]
+        cells += [_small(line["median_half_width"]), _small(line["median_error"])]
+        cells += [f"{line['half_width_over_error']:.1f}", f"{line['half_width_over_rms']:.1f}"]
+        lines.append("| " + " | ".join(cells) + " |")
+    _PAGE.write_text(head + "<!-- coverage -->\n" + "\n".join(lines) + "\n" + tail, encoding="utf-8")
+
+
+def _share(value: float | None) -> str:
+    return "" if value is None else f"{100 * value:.1f} %"
+
+
+def _small(value: float | None) -> str:
+    return "" if value is None else f"{value:.1e}"
 
 
 def _digits(value):
