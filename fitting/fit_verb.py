@@ -48,11 +48,17 @@ def run(photo: Path, given: Given, outputs: Outputs) -> int:
 
 def _chain(result, outputs: Outputs):
     """Draws from the posterior; in a folder every step is kept, and a chain that was broken off goes on."""
+    from fitting.mcmc import OtherChainError
+
     file = None if outputs.folder is None else outputs.folder / "chain.h5"
-    if file is not None and outputs.force:
-        file.unlink(missing_ok=True)
     with steps("drawing from the posterior") as report:
-        return fitting.sample(result, file=file, progress=report)
+        try:
+            return fitting.sample(result, file=file, progress=report)
+        except OtherChainError:
+            if file is None or not outputs.force:
+                raise
+            file.unlink()
+            return fitting.sample(result, file=file, progress=report)
 
 
 def _extras(result, photo: Path, chain) -> Extras:
@@ -114,6 +120,8 @@ def _arguments(given: Given) -> dict:
         "radius": given.radius,
         "transfer": given.transfer,
     }
+    if given.wavelength is not None and given.wavelength_sd is None:
+        known["wavelength_sd"] = given.wavelength.sd
     for name in ("plate_radius", "plate_radius_sd"):
         if getattr(given, name) is not None:
             known[name] = getattr(given, name)

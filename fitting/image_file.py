@@ -16,6 +16,8 @@ def load(path: str | Path) -> np.ndarray:
     path = Path(path)
     if not path.is_file():
         raise FileNotFoundError(f"{path} is no file; give the path of a photograph (PNG, JPEG, TIFF, WebP)")
+    if path.stat().st_size == 0:
+        raise ValueError(f"{path} is empty; give the path of a photograph")
     try:
         return _read(path)
     except Exception as error:  # the decoders raise whatever they like
@@ -43,7 +45,16 @@ def _read(path: Path) -> np.ndarray:
         return _raw(path)
     import imageio.v3 as iio
 
-    return np.asarray(iio.imread(path, index=0, plugin="pillow", rotate=True))
+    codes = np.asarray(iio.imread(path, index=0, plugin="pillow", rotate=True, **_as_colours(path)))
+    return codes.astype(np.uint8) * 255 if codes.dtype == bool else codes
+
+
+def _as_colours(path: Path) -> dict:
+    """What turns inks (CMYK) and other spaces into colours, of which light can be had."""
+    from PIL import Image
+
+    with Image.open(path) as picture:
+        return {"mode": "RGB"} if picture.mode in ("CMYK", "YCbCr", "LAB", "HSV") else {}
 
 
 def _deep_png(path: Path) -> np.ndarray:

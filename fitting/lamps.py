@@ -4,6 +4,9 @@ from typing import NamedTuple
 
 from fitting.quantities import positive_length
 
+# What the mean of a doublet may be off its middle [m]: lines that a dense vapour makes equal, or 2 : 1 of a thin one,
+# evenly spread between.
+_MEAN_SD = {"sodium": 0.0575e-9, "mercury-yellow": 0.2e-9}
 # In standard air [m] (NIST Atomic Spectra Database; the laser's vacuum line 632.9912 nm of the mise en pratique of the
 # metre over 1.000277). "sodium" and "mercury-yellow" are the middles of their doublets.
 _IN_AIR = {
@@ -24,10 +27,14 @@ _INDEX_OF_AIR = 1.00028
 
 
 class Wavelength(NamedTuple):
-    """A wavelength as it was given [m]; `line` is True for the air wavelength of a named line."""
+    """A wavelength as it was given [m]; `line` is True for the air wavelength of a named line.
+
+    `sd`: standard deviation of a doublet's mean, by its lines' unknown intensities; None for anything else.
+    """
 
     given: float
     line: bool
+    sd: float | None = None
 
     def within(self, ambient_index: float) -> float:
         """The wavelength for a scene whose surroundings have this index [m].
@@ -45,7 +52,7 @@ def wavelength(text: str) -> Wavelength:
     """
     name = text.strip().lower()
     if name in _IN_AIR:
-        return Wavelength(_IN_AIR[name], line=True)
+        return Wavelength(_IN_AIR[name], line=True, sd=_MEAN_SD.get(name))
     try:
         return Wavelength(positive_length(text), line=False)
     except ValueError as error:

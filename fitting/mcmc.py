@@ -1,10 +1,14 @@
 """Draws from the posterior of a fit: emcee's ensemble sampler on the moments, all walkers in one call; or NUTS."""
 
 import hashlib
+import signal
+import threading
 from collections.abc import Callable
+from contextlib import contextmanager
 from pathlib import Path
 
 import emcee
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -17,6 +21,10 @@ from newtonjax.precision import x64
 # autocorrelation time in six dimensions (measured: 22 steps against 79). Not emcee's snooker move, whose acceptance
 # takes half of the exponent that ter Braak and Vrugt (2008, eq. 8) give: it draws deviations 4 % too small.
 MOVES = [(emcee.moves.DEMove(), 0.9), (emcee.moves.DEMove(gamma0=1.0), 0.1)]
+
+
+class OtherChainError(ValueError):
+    """A file holds the chain of another fit."""
 
 
 def sample(
@@ -94,20 +102,41 @@ def _ensemble(target: Posterior, walkers: int, steps: int, seed: int, file, prog
         ensemble.random_state = generator.get_state()
         state = _inside(target, generator.normal(size=(walkers, target.dimensions)))
     try:
-        for _ in ensemble.sample(state, iterations=max(steps - ensemble.iteration, 0)):
-            if progress is not None:
-                progress(ensemble.iteration, steps)
+        with _between_steps() as interrupted:
+            for _ in ensemble.sample(state, iterations=max(steps - ensemble.iteration, 0)):
+                if progress is not None:
+                    progress(ensemble.iteration, steps)
+                if interrupted():
+                    raise KeyboardInterrupt
     except KeyboardInterrupt:
         if ensemble.iteration < 16:
             raise
     return ensemble
 
 
+@contextmanager
+def _between_steps():
+    """Keep Ctrl-C until a step is done: in the middle of one emcee prints a traceback. Yields whether it was pressed.
+
+    Only the main thread has signals; elsewhere nothing changes.
+    """
+    pressed = []
+    if threading.current_thread() is not threading.main_thread():
+        yield lambda: False
+        return
+    before = signal.signal(signal.SIGINT, lambda *_: pressed.append(True))
+    try:
+        yield lambda: bool(pressed)
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def _backend(file: Path, target: Posterior, walkers: int) -> emcee.backends.HDFBackend:
     """The chain's file, made anew or found to be this fit's. Raises ValueError where it is another's, or no chain."""
     import h5py
 
-    mark = hashlib.sha256(np.asarray(target.optimum).tobytes() + np.asarray(target.spread).tobytes()).hexdigest()[:16]
+    numbers = (leaf for leaf in jax.tree.leaves(target) if isinstance(leaf, jax.Array | np.ndarray))
+    mark = hashlib.sha256(b"".join(np.asarray(leaf).tobytes() for leaf in numbers)).hexdigest()[:16]
     backend = emcee.backends.HDFBackend(str(file))
     if file.exists():
         try:
@@ -116,7 +145,7 @@ def _backend(file: Path, target: Posterior, walkers: int) -> emcee.backends.HDFB
         except (OSError, KeyError, AttributeError) as error:
             raise ValueError(f"{file} is no chain of ours; name another file") from error
         if before != (mark, (walkers, target.dimensions)):
-            raise ValueError(f"{file} holds the chain of another fit or of other walkers; name another file")
+            raise OtherChainError(f"{file} holds the chain of another fit or of other walkers; name another file")
         return backend
     backend.reset(walkers, target.dimensions)
     with h5py.File(file, "a") as there:
@@ -126,6 +155,10 @@ def _backend(file: Path, target: Posterior, walkers: int) -> emcee.backends.HDFB
 
 def _inside(target: Posterior, points: np.ndarray) -> np.ndarray:
     """Points drawn together about the optimum until each has a density: a wide posterior ends where the moments do."""
+    if not np.isfinite(np.asarray(log_density(target, jnp.zeros((1, target.dimensions))))).all():
+        raise ValueError(
+            "the fit's own optimum has no density: it did not settle; mask what is not rings, or give start"
+        )
     while not np.isfinite(np.asarray(log_density(target, jnp.asarray(points)))).all():
         points = points / 2
     return points

@@ -11,7 +11,7 @@ import numpy as np
 from fitting.illumination import Fitted, numbers_of, robust_fit
 from fitting.models import NUMBERS, GapModel, curved_surface, frame_of
 from fitting.photo import Photograph, read
-from fitting.quantity import Quantities, checked_fixed, checked_plate, checked_start, quantities
+from fitting.quantity import Quantities, checked_fixed, checked_plate, checked_start, held_turns, quantities
 from fitting.result import FitResult
 from fitting.scene_start import scene_start
 from fitting.selection import Choice, adapt, checked_parts
@@ -187,16 +187,13 @@ def _of_gap(photograph, rings: Rings, known, view: str, fixed: dict, wishes: dic
 
 def _fit_gap(photograph: Photograph, rings: Rings, known: Quantities, view: str, fixed: dict) -> Fitted:
     frame = frame_of(photograph.image.shape)
-    model = GapModel(frame, known.sphere(rings.scale))
+    model = GapModel(frame, known.sphere(rings.scale), known.plate_curvature)
     if "centre_px" in fixed:
         rings = settle(photograph.image, photograph.lit, replace(rings, centre=fixed["centre_px"]))
     place = [(c - m) / frame.unit for c, m in zip(rings.centre, frame.middle, strict=True)]
     phase = rings.phase
     if "gap" in fixed:
-        if "wavelength" not in known.given:
-            raise ValueError("a fixed gap needs the wavelength")
-        phase = 2 * known.given.get("index", 1.0) * fixed["gap"] / known.given["wavelength"]
-        phase += 0.5 if view == "reflected" else 0.0
+        phase = held_turns(fixed, known) + (0.5 if view == "reflected" else 0.0)
     start = np.array([rings.scale * frame.unit**2, *place, phase, *(0.0 for _ in NUMBERS[4:])])
     # A few fringes leave the search uncertain by as much as this.
     starts = [start, *(np.array([factor * start[0], *start[1:]]) for factor in (0.6, 1.6))]

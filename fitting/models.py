@@ -85,11 +85,13 @@ class GapModel(eqx.Module):
     [units], phase [turns], those of `on_object`, and the contact's squared radius [units²]. With c = s/R the sphere's
     curvature in 1/px, the phase is 2 k r² / (1 + sqrt(1 - c² r²)) + phase, where a contact replaces the share k r² by
     k times Hertz's; `sphere` holds factor and power of c = factor k^power (`quantity.Quantities.sphere`), factor 0
-    where it is not known: then k r².
+    where it is not known: then k r². Of a lens on a curved plate c is the sum of both curvatures, and `plate` the
+    plate's [1/px].
     """
 
     frame: Frame
     sphere: tuple[Float[Array | np.ndarray, ""] | float, Float[Array | np.ndarray, ""] | float]
+    plate: Float[Array | np.ndarray, ""] | float = 0.0
 
     def __call__(self, free: Float[Array, " free"]) -> Float[Array, "2 nodes"]:
         """Phase [turns] and relative contrast at the nodes."""
@@ -104,10 +106,16 @@ class GapModel(eqx.Module):
         factor, power = self.sphere
         # At an angle the object reaches 1/cos θ further than that matrix says; 1e-12 keeps the root's slope finite.
         longer = jnp.exp(jnp.sqrt(free[4] ** 2 + free[5] ** 2 + 1e-12) - 1e-6)
-        inside = 1 - (factor * jnp.abs(k) ** power) ** 2 * r2 * longer
-        root = jnp.where(inside > 1e-6, jnp.sqrt(jnp.where(inside > 1e-6, inside, 1.0)), 1e-3)
+        both = factor * jnp.abs(k) ** power
+        share = self.plate / jnp.where(both == 0, 1.0, both)
+
+        def steepened(curvature):
+            inside = 1 - curvature**2 * r2 * longer
+            return 2 / (1 + jnp.where(inside > 1e-6, jnp.sqrt(jnp.where(inside > 1e-6, inside, 1.0)), 1e-3))
+
+        spheres = (1 - share) * steepened(both - self.plate) + share * steepened(self.plate)
         flattened = hertz_gap(r2, free[7] * self.frame.unit**2) - r2
-        return k * (2 * r2 / (1 + root) + flattened) + free[3]
+        return k * (r2 * spheres + flattened) + free[3]
 
 
 class SceneModel(eqx.Module):

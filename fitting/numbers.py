@@ -9,7 +9,7 @@ from fitting import least_squares as ls
 from fitting.illumination import Fitted, numbers_of
 from fitting.models import NUMBERS, SceneModel, as_arrays, change, held_numbers, localize, on_object, quantities_of
 from fitting.moments import model_coefficients, residuals
-from fitting.quantity import EXPONENTS, Quantities
+from fitting.quantity import EXPONENTS, Quantities, held_turns, lensless
 from fitting.result import Parameter, interval
 from fitting.scene_start import gap_height
 from fitting.smoothing import pixels_of
@@ -29,6 +29,7 @@ def measured(
     else:
         values, slope, gap, period = _of_gap(model, known, view, free)
     disc, disc_slope = _disc(found, values)
+    relative_sd = {name: sd / known.given[name] for name, sd in known.sd.items()}
     jacobian = np.diag([slope, frame.unit, frame.unit, period, 1.0, 1.0, 1.0, disc_slope, 1.0])
     count = len(NUMBERS)
     spread = jacobian @ covariance[:count, :count] @ jacobian.T
@@ -60,30 +61,37 @@ def measured(
         "parameters": parameters,
     }
     if known.unknown is None or gap is None:
-        mean = _mean_scale(found)
-        common |= {
-            "fringe_scale_per_px2": scale * mean,
-            "fringe_scale_sd": common["fringe_scale_sd"] * mean,
-            "covariance": _rescaled(common["covariance"], mean),
-        }
+        common |= _on_the_mean(found, common, spread, np.diag(jacobian), moving)
         missing = " and ".join(name for name in EXPONENTS if name not in known.given)
         return common | {
             "status": "no-scale",
             "message": f"{missing} are not given, and only one of them can be measured: the fringe scale is the answer",
         }
-    effects = {name: _effect(found, known, name) * values[known.unknown] / values[name] for name in known.sd}
-    budget = rows + [(name, abs(effects[name]) * sd) for name, sd in known.sd.items()]
+    effects = {n: _effect(found, known, n) * values[known.unknown] / values[n] for n, sd in known.sd.items() if sd}
+    budget = rows + [(name, abs(effects[name]) * sd) for name, sd in known.sd.items() if sd]
     if known.plate is not None:
+        if reason := lensless(known.plate[0], values["radius"], 0.0):
+            return common | {"status": "refused", "message": reason}
         budget, factor = _on_plate(known, values, budget)
         common["covariance"] = _rescaled(common["covariance"], factor)
     total = float(np.sqrt(sum(sd**2 for _, sd in budget)))
+    if known.plate is not None and 1.96 * total > values["radius"]:
+        reason = f"beside a plate of {known.plate[0]:g} m the lens is flat within its standard deviation"
+        return common | {"status": "refused", "message": reason}
+    # The measured gap and contact are lengths in units of what is given.
+    period_sd = np.hypot(relative_sd.get("wavelength", 0.0), relative_sd.get("index", 0.0))
+    gap_sd = float(np.hypot(sds[3], gap * period_sd))
+    if "contact_radius" in parameters:
+        contact = parameters["contact_radius"]
+        whole = np.hypot(contact.sd or 0.0, disc * relative_sd.get("pixel_size", 0.0))
+        parameters["contact_radius"] = Parameter(disc, float(whole), contact.fixed)
     given = {name: Parameter(values[name], known.sd.get(name), True) for name in known.given}
     answer = {known.unknown: Parameter(values[known.unknown], total, False)}
     return common | {
         "status": "ok",
         "gap": gap,
         "contact_radius": disc if "contact" in found.parts else None,
-        "parameters": answer | given | parameters | {"gap": _parameter(gap, sds[3], 3 in held)},
+        "parameters": answer | given | parameters | {"gap": _parameter(gap, gap_sd, 3 in held)},
         "budget": budget,
         **_radius(known, values, total, budget),
     }
@@ -99,22 +107,39 @@ def _rescaled(covariance: np.ndarray, factor: float) -> np.ndarray:
 def _on_plate(known: Quantities, values: dict[str, float], budget: list) -> tuple[list, float]:
     """The budget of a lens on a curved plate, and d radius / d effective radius; puts the lens's radius into `values`.
 
-    The rings' radius is that of 1/R + 1/R_plate. Raises ValueError where the plate is as hollow as no lens fills.
+    The rings' radius is that of 1/R + 1/R_plate.
     """
     other, sd = known.plate or (np.inf, 0.0)
     effective = values["radius"]
-    curvature = 1 / effective - 1 / other
-    if not curvature > 0:
-        raise ValueError(f"plate_radius is {other:g} m: with rings of {effective:.4g} m the lens would not be convex")
-    values["radius"] = 1 / curvature
+    values["radius"] = 1 / (1 / effective - 1 / other)
     factor = (values["radius"] / effective) ** 2
     rows = [(source, factor * row) for source, row in budget]
     return [*rows, ("plate_radius", (values["radius"] / other) ** 2 * sd)], factor
 
 
-def _mean_scale(found: Fitted) -> float:
+def _on_the_mean(found: Fitted, common: dict, spread: np.ndarray, units: np.ndarray, moving: list[int]) -> dict:
+    """Fringe scale, its deviation and the covariance, where the scale is that of the mean of the field."""
+    free, scale = numbers_of(found), common["fringe_scale_per_px2"]
+    mean, step = _mean_scale(found, free), 1e-5
+    slope = np.array(
+        [(_mean_scale(found, free + e) - _mean_scale(found, free - e)) / (2 * step) for e in step * np.eye(len(free))]
+    )
+    # Columns of the covariance are in units of the answer, the slope is per free number.
+    change = np.eye(len(free))
+    change[0] = scale * slope / np.where(units == 0, 1.0, units)
+    change[0, 0] += mean
+    changed = change @ spread @ change.T
+    others = max(common["fringe_scale_sd"] ** 2 - spread[0, 0], 0.0) * mean**2
+    return {
+        "fringe_scale_per_px2": scale * mean,
+        "fringe_scale_sd": float(np.sqrt(max(changed[0, 0], 0.0) + others)),
+        "covariance": changed[np.ix_(moving, moving)],
+    }
+
+
+def _mean_scale(found: Fitted, free: np.ndarray) -> float:
     """What a distortion makes of the scale on the mean of the field: slope of the object's r² over the image's."""
-    model, free = found.model, numbers_of(found)
+    model = found.model
     x, y = pixels_of(found.weights > 0)
     here = [free[k + 1] * model.frame.unit + model.frame.middle[k] for k in (0, 1)]
     seen = (x - here[0]) ** 2 + (y - here[1]) ** 2
@@ -183,9 +208,10 @@ def _effect(found: Fitted, known: Quantities, name: str) -> float:
         free = unknowns.model
         if not isinstance(model, SceneModel):
             changed = replace(known, given={**known.given, name: known.given[name] * factor})
-            moved = replace(model, sphere=changed.sphere(first / model.frame.unit**2))
+            sphere = changed.sphere(first / model.frame.unit**2)
+            moved = replace(model, sphere=sphere, plate=changed.plate_curvature)
             if "gap" in found.fixed:
-                free = free.at[3].add(_held_turns(found.fixed, changed) - _held_turns(found.fixed, known))
+                free = free.at[3].add(held_turns(found.fixed, changed) - held_turns(found.fixed, known))
         elif name == "pixel_size":
             moved = replace(model, pixel_size=model.pixel_size * factor)
         else:
@@ -200,8 +226,3 @@ def _effect(found: Fitted, known: Quantities, name: str) -> float:
     if isinstance(model, SceneModel):
         return moved / (1 + first)
     return (moved / first - EXPONENTS[name]) / EXPONENTS[known.measured]
-
-
-def _held_turns(fixed: dict, known: Quantities) -> float:
-    """Phase of a held gap [turns], but for the view's half turn."""
-    return 2 * known.given.get("index", 1.0) * fixed["gap"] / known.given["wavelength"]

@@ -12,7 +12,7 @@ from fitting import least_squares as ls
 from fitting.illumination import Fitted, numbers_of
 from fitting.models import NUMBERS, GapModel, SceneModel, as_arrays, change, held_numbers, quantities_of
 from fitting.moments import BACKGROUND, Moments, degrees, model_coefficients
-from fitting.quantity import Quantities
+from fitting.quantity import Quantities, held_turns
 
 # A phase further from the moments' reference [turns] is not resolved by their basis: a cubic drift of so much puts
 # chi-squared off by 5e-8 of it (6e-4 in 1.1e4, 256 x 256 pixels), of 0.25 by 1e-9.
@@ -22,8 +22,8 @@ NEAR = 0.4
 class Posterior(eqx.Module):
     """The log-posterior of a fit: of the model's free numbers, and of the given quantities with standard deviations.
 
-    A point holds the free numbers that move, in units of their noise about the optimum, then each given quantity, in
-    its own standard deviations from its value. The priors are flat in the free numbers and in the coefficients of
+    A point holds the free numbers that move, in units of their noise about where the optimum is for the given
+    quantities, then each of these, in its own standard deviations from its value. The priors are flat in the free numbers and in the coefficients of
     background and contrast, which are integrated over, and normal in what is given.
     """
 
@@ -33,6 +33,8 @@ class Posterior(eqx.Module):
     spread: Float[Array, "moving moving"]
     variance: Float[Array, ""]
     relative_sd: Float[Array, " given"]
+    lean: Float[Array, "moving given"]
+    held_turns: Float[Array, ""]
     moving: tuple[int, ...] = eqx.field(static=True)
     given: tuple[str, ...] = eqx.field(static=True)
     unknown: str | None = eqx.field(static=True)
@@ -62,8 +64,13 @@ class Posterior(eqx.Module):
     def numbers(self, point: Float[Array, " dimensions"]) -> tuple[Float[Array, " free"], Float[Array, " given"]]:
         """The model's free numbers at a point, and the factors of what is given."""
         count = len(self.moving)
-        free = self.optimum.at[np.array(self.moving)].add(self.spread @ point[:count])
-        return free, 1 + self.relative_sd * point[count:]
+        step = self.spread @ point[:count] + self.lean @ point[count:]
+        free = self.optimum.at[np.array(self.moving)].add(step)
+        factors = 1 + self.relative_sd * point[count:]
+        by_name = dict(zip(self.given, factors, strict=True))
+        # A held gap is so many half wavelengths in its medium as both of these say.
+        longer = by_name.get("index", 1.0) / by_name.get("wavelength", 1.0)
+        return free.at[3].add(self.held_turns * (longer - 1)), factors
 
     @property
     def dimensions(self) -> int:
@@ -85,20 +92,37 @@ def largest_excursion(target: Posterior, points: Float[Array, "n dimensions"]) -
 def posterior(found: Fitted, known: Quantities, variance: float, covariance: np.ndarray) -> Posterior:
     """The posterior of a finished fit, for the noise's variance per unit weight and the covariance at the optimum."""
     moving = tuple(k for k in range(len(NUMBERS)) if k not in held_numbers(found.fixed, found.parts))
-    given = tuple(known.sd) if known.unknown else ()
+    given = tuple(name for name, sd in known.sd.items() if sd) if known.unknown else ()
+    gap_is_held = "gap" in found.fixed and isinstance(found.model, GapModel)
     inner = covariance[np.ix_(moving, moving)]
-    return Posterior(
+    target = Posterior(
         model=as_arrays(found.model),
         kept=found.kept,
         optimum=jnp.asarray(numbers_of(found)),
         spread=jnp.asarray(np.linalg.cholesky(inner)),
         variance=jnp.asarray(variance),
         relative_sd=jnp.asarray([known.sd[name] / known.given[name] for name in given]),
+        lean=jnp.zeros((len(moving), len(given))),
+        held_turns=jnp.asarray(held_turns(found.fixed, known) if gap_is_held else 0.0),
         moving=moving,
         given=given,
         unknown=known.unknown,
         shape=found.shape,
     )
+    return eqx.tree_at(lambda t: t.lean, target, _lean(target, found)) if given else target
+
+
+def _lean(target: Posterior, found: Fitted) -> Float[Array, "moving given"]:
+    """How the optimum moves with each given quantity, per standard deviation: the implicit function theorem.
+
+    Else a held gap of many waves, or a bench, would leave a ridge that no ensemble finds its way along.
+    """
+    origin, unit = jnp.zeros(target.dimensions), jnp.eye(target.dimensions)[len(target.moving) :]
+    bends = jax.vmap(lambda e: jax.jvp(lambda p: target._fields(p)[0], (origin,), (e,))[1])(unit)
+    changes = np.asarray(ls.responses(found.solution, found.kept, bends)[1])
+    active = np.asarray(found.solution.active)
+    steps = np.linalg.lstsq(np.asarray(found.solution.jacobian)[:, active], -changes.T, rcond=1e-12)[0]
+    return jnp.asarray(steps[np.searchsorted(np.flatnonzero(active), target.moving)])
 
 
 def _with(model: GapModel | SceneModel, unknown: str | None, factors: dict) -> GapModel | SceneModel:

@@ -99,6 +99,11 @@ class Quantities:
         """All four quantities for a fringe scale."""
         return {**self.given, self.measured: float(self.solve(scale))}
 
+    @property
+    def plate_curvature(self) -> float:
+        """Of the other face [1/px]; 0 for a flat one."""
+        return 0.0 if self.plate is None else self.given["pixel_size"] / self.plate[0]
+
     def sphere(self, scale: float) -> tuple[float, float]:
         """Factor and power of the sphere's curvature in 1/px, factor scale^power; factor 0 where it is not known.
 
@@ -108,6 +113,27 @@ class Quantities:
             return 0.0, 1.0
         values, power = self.values(scale), {"radius": 1.0, "pixel_size": 0.5}.get(self.unknown, 0.0)
         return values["pixel_size"] / values["radius"] / scale**power, power
+
+
+def held_turns(fixed: dict, known: Quantities) -> float:
+    """Phase of a held gap [turns], but for the view's half turn.
+
+    Raises ValueError where what it takes is not known.
+    """
+    for name in ("wavelength", "index"):
+        if name not in known.given and fixed["gap"] != 0:
+            raise ValueError(f"a fixed gap needs the {name}, which is free; give it, or fix the gap at 0")
+    return 2 * known.given.get("index", 1.0) * fixed["gap"] / known.given.get("wavelength", 1.0)
+
+
+def lensless(plate: float, effective: float, reach: float) -> str:
+    """Why no lens stands on a plate [m], for rings of a radius [m] that reach so far [m]; empty where one can."""
+    curvature = 1 / effective - 1 / plate
+    if not curvature > 0:
+        return f"plate_radius is {plate:g} m: with rings of {effective:.4g} m the lens would not be convex"
+    if curvature * reach >= 1:
+        return f"plate_radius is {plate:g} m: a lens of {1 / curvature:.3g} m is smaller than its rings, {reach:.3g} m"
+    return ""
 
 
 def checked_plate(radius, sd) -> tuple[float, float] | None:
@@ -136,6 +162,6 @@ def quantities(given: dict[str, float | None], sd: dict[str, float | None], free
         )
     return Quantities(
         known,
-        {name: float(value) for name, value in sd.items() if value and name in known},
+        {name: float(value) for name, value in sd.items() if value is not None and name in known},
         missing[0] if len(missing) == 1 else None,
     )

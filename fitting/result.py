@@ -143,12 +143,11 @@ class FitResult:
         lines = [f"[[Result]]  {self.status}" + (f": {self.message}" if self.message else "")]
         answer = self.parameters.get(self.measured)
         if self.status == "ok" and answer and answer.sd is not None:
-            half = _COVERAGE * answer.sd
+            low, high = self.radius_interval or interval(answer.value, answer.sd)
             unit = "" if self.measured == "index" else " m"
             lines += [
                 f"    {self.measured} = {answer.value:.8g} +/- {answer.sd:.2g}{unit} "
-                f"({answer.sd / answer.value:.2g} relative; 95 %: "
-                f"{answer.value - half:.8g} to {answer.value + half:.8g})"
+                f"({answer.sd / answer.value:.2g} relative; 95 %: {low:.8g} to {high:.8g})"
             ]
         if self.fringe_scale_per_px2 is not None:
             sd = f" +/- {self.fringe_scale_sd:.2g}" if self.fringe_scale_sd is not None else ""
@@ -185,5 +184,6 @@ def _finite(value):
 
 
 def interval(value: float, sd: float) -> tuple[float, float]:
-    """95 % of a normal distribution."""
-    return value - _COVERAGE * sd, value + _COVERAGE * sd
+    """95 %, normal in the logarithm: a length cannot be negative, and s²/(k λ) is a product."""
+    factor = float(np.exp(_COVERAGE * sd / value))
+    return value / factor, value * factor

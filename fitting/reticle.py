@@ -18,6 +18,9 @@ _WIDTH = 1.2
 # Least mean coherence of the demodulated lines: a clean grid has 0.3 and more, rings below 0.01; and so many times what
 # white noise has in that average.
 _COHERENT, _NOISE = 0.02, 20.0
+# A square grid is seen off its right angle by so much [rad], and stretched by so much, behind a view at 25 degrees; an
+# eyepiece distorts it by 0.1.
+_SKEW, _STRETCH, _BENT = 0.05, 0.1, 0.3
 # The field's parts that are left out in turn, to a side, for the standard deviation (jackknife).
 _PARTS = 4
 
@@ -65,7 +68,22 @@ def scale(
             message = f"no grid: what looks like one is coherent to {coherence:.2g} only ({least:.2g} is the least)"
             return Scale("refused", message, photograph=photograph)
         found = _fit(places, found, photograph.image.shape)
-    return _answer(found, places, photograph, float(division), float(division_sd or 0.0))
+    return _checked(_answer(found, places, photograph, float(division), float(division_sd or 0.0)))
+
+
+def _checked(answer: Scale) -> Scale:
+    """The answer, or a refusal where that is no square grid."""
+    stretch = abs(np.log((answer.pixel_size_x or 1.0) / (answer.pixel_size_y or 1.0)))
+    skew, bent = abs(answer.skew or 0.0), abs(answer.distortion or 0.0)
+    reason = ""
+    if answer.distortion_sd is None or not np.isfinite(answer.pixel_size_sd or 0.0):
+        reason = "its lines cover too little of the picture"
+    elif skew > _SKEW or stretch > _STRETCH or bent > _BENT:
+        reason = (
+            f"what looks like one is {np.degrees(skew):.2g}° off a right angle, {stretch:.1%} longer one way and "
+            f"distorted by {bent:.2g}"
+        )
+    return Scale("refused", f"no square grid: {reason}", photograph=answer.photograph) if reason else answer
 
 
 def _lattice(fringes: np.ndarray) -> np.ndarray | None:

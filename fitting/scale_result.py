@@ -64,9 +64,13 @@ class Scale:
                 f"    along x, y   {self.pixel_size_x:.6g}, {self.pixel_size_y:.6g} m",
                 f"    grid         turned by {np.degrees(self.angle or 0.0):.3g}°, "
                 f"{np.degrees(self.skew or 0.0):.2g}° off a right angle",
-                f"    distortion   {self.distortion:.2g} +/- {self.distortion_sd:.1g} at the corners",
+                f"    distortion   {self.distortion:.2g}{_deviation(self.distortion_sd)} at the corners",
                 f"    lines        {self.lines[0]:.0f} and {self.lines[1]:.0f} divisions of {self.division:.4g} m",
             ]
         if self.warnings:
             lines += ["[[Warnings]]"] + [f"    {text}" for text in self.warnings]
         return "\n".join(lines)
+
+
+def _deviation(sd: float | None) -> str:
+    return "" if sd is None else f" +/- {sd:.1g}"

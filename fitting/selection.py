@@ -29,6 +29,10 @@ _NOTHING = 1e-6
 _STEEP = 6.6
 
 
+# What is said of a part that was asked for and that no fit has.
+UNFITTED = "asked for, but"
+
+
 class Choice(NamedTuple):
     """A fit with the parts that it needs, why (by part, what the criterion says), and fits that are not ruled out.
 
@@ -62,6 +66,8 @@ def adapt(found: Fitted, photograph: Photograph, wishes: dict[str, bool], pinned
         full = bent(found, photograph, wishes)
     if "contact" not in evidence and wishes.get("contact", _may_touch(full, photograph)):
         pressed = touching(found, full, photograph, pinned, wishes)
+    if wishes.get("contact") and not pressed:
+        evidence["contact"] = f"{UNFITTED} no disc of contact fits the image: it is left out"
     if full is found and not pressed:
         return Choice(found, evidence)
     judge = _Judge([found, full, *pressed], photograph)

@@ -11,7 +11,7 @@ from fitting.numbers import measured
 from fitting.photo import Photograph
 from fitting.quantity import Quantities
 from fitting.result import Evidence, FitResult, Picture
-from fitting.selection import Choice
+from fitting.selection import UNFITTED, Choice
 from fitting.smoothing import fringe_correlation, thin
 from fitting.uncertainty import image_rows
 
@@ -33,7 +33,9 @@ def summarize(photograph: Photograph, known: Quantities, view: str, choice: Choi
     residual = photograph.image - found.fitted
     inflation = fringe_correlation(residual, found.weights, found.phase) if known_noise else 1.0
     variance = chi2 / max(pixels - float(np.sum(found.solution.active)), 1.0) * inflation
+    variance *= _of_biweight(residual, found.weights, photograph.mask) if known_noise else 1.0
     warnings = [*photograph.warnings, *_warnings(inflation, known)]
+    warnings += [f"{part}: {why}" for part, why in evidence.items() if why.startswith(UNFITTED)]
     if float(found.solution.image[1].mean()) < 0:
         warnings.append("the fringes are bright where the given gap makes them dark: check gap and view")
     if (finest := _finest(found)) > _NYQUIST:
@@ -65,6 +67,16 @@ def summarize(photograph: Photograph, known: Quantities, view: str, choice: Choi
     seen = Evidence(found, known, variance, covariance)
     seconds = time.perf_counter() - began
     return FitResult(**numbers, warnings=warnings, seconds=seconds, evidence=seen, **common)
+
+
+def _of_biweight(residual: np.ndarray, weights: np.ndarray, mask: np.ndarray) -> float:
+    """By how much Tukey's estimate scatters more than least squares with its weights; 1 without outliers.
+
+    E[ψ²] / E[ψ']² of ψ = w r, with w = (1 - u)² and ψ' = (1 - u)(1 - 5 u) (Huber 1981, Robust Statistics, 7.6).
+    """
+    w, r = weights[mask], residual[mask]
+    slope = np.sqrt(w) * (5 * np.sqrt(w) - 4)
+    return float(((w * r) ** 2).sum() / slope.sum() ** 2 * w.sum() ** 2 / max((w * r * r).sum(), 1e-300))
 
 
 def _finest(found: Fitted) -> float:

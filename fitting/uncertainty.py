@@ -16,8 +16,8 @@ from fitting.photo import Photograph
 _APART = 3.0
 # Relative differences below this are rounding and unfinished steps.
 _ROUNDING = 1e-7
-# Mean of sodium's D lines, and their distance [m]: a wavelength between them may be either line or both.
-_SODIUM, _LINES = 589.3e-9, 0.597e-9
+# Middle of sodium's D lines in air, and their distance [m]: a wavelength between them may be either line or both.
+_SODIUM, _LINES = 589.294e-9, 0.597e-9
 # A visibility that falls by less tells nothing, and moves no radius.
 _FADING = 0.003
 # The two usual laws of distortion, from the image to the object and back, differ by 3 κ² in the fifth order: taken as

@@ -4,12 +4,15 @@ import numpy as np
 
 from fitting.illumination import FEW, Fitted, fringes_seen, numbers_of
 from fitting.photo import Photograph
-from fitting.quantity import Quantities
+from fitting.quantity import Quantities, lensless
 from fitting.smoothing import correlation, pixels_of
 from fitting.start import Rings, plane_wave
 
 # Fringes that explain less than this are looked at twice; less than that are none.
 _POOR, _NONE = 0.3, 0.12
+# Structure that makes up half of the variance, and errs together in blocks [px] by more than blurred noise does, is
+# fringes of another kind (equidistant circles, spirals, ellipses that were not found).
+_DOUBTFUL, _TOGETHER, _BLOCKS = 0.55, 3.5, (8, 16)
 # Straight fringes behind a camera's distortion of a few percent bend by so many turns, and so many more a fringe.
 _BEND, _WARPED = 0.15, 0.03
 # Share of the variance that a few fringes may leave over as structure.
@@ -43,20 +46,20 @@ def why_refused(found: Fitted, photograph: Photograph, rings: Rings) -> str:
 
 def _locked_badly(found: Fitted, photograph: Photograph, explained: float, orders: float) -> str:
     """That what the fringes leave over has structure which no radius explains; empty where it is as it should be."""
-    if explained >= _POOR and orders >= FEW:
+    if explained >= _DOUBTFUL and orders >= FEW:
         return ""
     residual = photograph.image - found.fitted
-    inflation = correlation(residual, found.weights)
-    if explained < _POOR and inflation > 10:
+    inflation = correlation(residual, found.weights, _BLOCKS)
+    pixels = float(found.weights.sum())
+    structure = float(found.solution.chi2) / pixels - noise_variance(residual, found.weights > 0)
+    share = structure * pixels / found.variance
+    if inflation > _TOGETHER and (share > 1 - _DOUBTFUL or (explained < _POOR and inflation > 3 * _TOGETHER)):
         return (
             f"the fringes of a sphere explain {explained:.0%} of the variance and what is left has structure: "
             "these are not the rings of one sphere"
         )
     if orders >= FEW:
         return ""
-    pixels = float(found.weights.sum())
-    structure = float(found.solution.chi2) / pixels - noise_variance(residual, found.weights > 0)
-    share = structure * pixels / found.variance
     if share < _STRUCTURE and (orders >= 2 or inflation < 3):
         return ""
     return (
@@ -100,7 +103,7 @@ def too_steep(photograph: Photograph, rings: Rings, known: Quantities) -> str:
     x, y = pixels_of(photograph.mask)
     reach = values["pixel_size"] * float(np.hypot(x - rings.centre[0], y - rings.centre[1]).max())
     if reach < values["radius"]:
-        return ""
+        return lensless(known.plate[0], values["radius"], reach) if known.plate else ""
     return (
         f"with these quantities the rings' lens has a radius of {values['radius']:.3g} m, but the rings reach out to "
         f"{reach:.3g} m; check the units of what was given"

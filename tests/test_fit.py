@@ -90,7 +90,8 @@ def test_standard_deviations_of_scale_and_wavelength_enter_the_budget(fitted):
     assert budget["pixel_size"] == pytest.approx(2 * 0.01 * result.radius, rel=1e-5)
     assert budget["wavelength"] == pytest.approx(0.3 / 589.3 * result.radius, rel=1e-5)
     assert result.radius_sd == pytest.approx(np.sqrt(sum(sd**2 for sd in budget.values())), rel=1e-12)
-    assert result.radius_interval[1] - result.radius == pytest.approx(1.96 * result.radius_sd, rel=1e-4)
+    ends = result.radius * np.exp(np.array([-1.96, 1.96]) * result.radius_sd / result.radius)
+    assert result.radius_interval == pytest.approx(ends, rel=1e-6)
     assert fitted.radius_sd == fitted.radius_sd_noise
 
 
@@ -178,6 +179,33 @@ def test_what_holds_no_radius_is_refused_with_a_reason(image, reason):
     assert result.message
 
 
+def other_rings(kind):
+    """Fringes of 40 or 20 pixels that a sphere does not make, 400 x 400 pixels, with the noise of a camera."""
+    y, x = np.mgrid[:400, :400].astype(float)
+    r, polar = np.hypot(x - 210, y - 189), np.arctan2(y - 189, x - 210)
+    turns = {
+        "equidistant, centre outside": np.hypot(x + 100, y + 60) / 15,
+        "spiral": np.hypot(x + 100, y + 60) / 20 + np.arctan2(y + 60, x + 100) / (2 * np.pi) * 3,
+        "steeper than a sphere": (r / 50) ** 2.5 / 1.2,
+        "ellipses of 1.15": ((x - 210) ** 2 + 1.32 * (y - 189) ** 2) / 2500,
+        "twice equal": r**2 / 2500,
+        "arms": r**2 / 2500 + 3 * polar / (2 * np.pi),
+    }[kind]
+    image = np.cos(2 * np.pi * turns)
+    if kind == "twice equal":
+        image = (image + np.cos(2 * np.pi * ((x - 120) ** 2 + (y - 230) ** 2) / 3500)) / 2
+    return 0.5 + 0.4 * image + 0.012 * np.random.default_rng(5).normal(size=r.shape)
+
+
+@pytest.mark.parametrize(
+    "kind",
+    ["equidistant, centre outside", "spiral", "steeper than a sphere", "ellipses of 1.15", "twice equal", "arms"],
+)
+def test_fringes_that_one_sphere_does_not_make_give_no_radius(kind):
+    result = fitting.fit(other_rings(kind), **GIVEN)
+    assert (result.status, result.radius) in [("refused", None), ("not-converged", None)]
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -190,6 +218,7 @@ def test_what_holds_no_radius_is_refused_with_a_reason(image, reason):
         ({**GIVEN, "free": ("tilt",)}, "free is"),
         ({**GIVEN, "transfer": "wrong"}, "transfer is 'wrong'; allowed"),
         ({**GIVEN, "mask": np.ones((3, 3), bool)}, "mask has shape"),
+        ({"radius": 0.3, **GIVEN, "free": ("index",), "fixed": {"gap": 1e-7}}, "fixed gap needs the index"),
         ({**GIVEN, "pixel_size_sd": -1.0}, "pixel_size_sd is -1.0; allowed"),
     ],
 )

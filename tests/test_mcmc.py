@@ -72,8 +72,15 @@ def test_a_bench_and_few_rings_have_posteriors_too():
     assert fitting.sample(held, steps=200).names == ("radius", "centre_x_px", "centre_y_px")
 
 
-def test_the_density_is_the_all_pixel_likelihood_with_the_illumination_integrated_out(fitted):
-    """Against NumPy on every pixel: the same differences of log-density between points, priors included."""
+@pytest.mark.parametrize("gap", [None, 10e-6])
+def test_the_density_is_the_all_pixel_likelihood_with_the_illumination_integrated_out(fitted, gap):
+    """Against NumPy on every pixel: the same differences of log-density between points, priors included.
+
+    A held gap is so many half wavelengths of the light that is drawn, and no phase of its own.
+    """
+    if gap is not None:
+        sds = {"pixel_size_sd": 1e-8, "wavelength_sd": 3e-6 * WAVELENGTH}
+        fitted = fitting.fit(rings(gap=gap, noise=0.05), **GIVEN, **sds, fixed={"gap": gap})
     found, known, variance, covariance = fitted.evidence
     target = posterior(found, known, variance, covariance)
     points = np.random.default_rng(3).normal(size=(4, target.dimensions))
@@ -93,6 +100,7 @@ def test_the_density_is_the_all_pixel_likelihood_with_the_illumination_integrate
         r2 = (px - frame.middle[0] - dx * frame.unit) ** 2 + (py - frame.middle[1] - dy * frame.unit) ** 2
         k = turns / frame.unit**2
         curvature = k * given["wavelength"] / given["pixel_size"]  # s/R in 1/px: k λ / s
+        phase = phase if gap is None else 0.5 + 2 * gap / given["wavelength"]
         angle = 2 * np.pi * (2 * k * r2 / (1 + np.sqrt(1 - curvature**2 * r2)) + phase)
         cosine = np.cos(np.asarray(angle))
         columns = [*basis(found.shape[0]), *(b * cosine for b in basis(found.shape[1]))]

@@ -3,8 +3,10 @@
 import imageio.v3 as iio
 import numpy as np
 import pytest
+from PIL import Image
 from rings_data import rings
 
+from fitting.image_file import load
 from fitting.photo import read
 
 
@@ -29,6 +31,14 @@ def test_eight_bit_files_are_srgb_and_become_linear_light(tmp_path, suffix):
     # Half a code of 255 is at most 1.5 % of the light above a tenth.
     assert np.ptp(ratio[light > 0.1]) < 0.05
     assert photo.transfer == "srgb"
+
+
+def test_inks_and_single_bits_are_read_as_light(tmp_path):
+    image = Image.fromarray(codes(encode_srgb(rings(noise=0.02).clip(0, 1))))
+    image.convert("RGB").convert("CMYK").save(tmp_path / "inks.jpg", quality=95)
+    assert np.corrcoef(read(tmp_path / "inks.jpg").image.ravel(), rings().ravel())[0, 1] > 0.98
+    image.convert("1").save(tmp_path / "bits.png")
+    assert set(np.unique(load(tmp_path / "bits.png"))) == {0, 255}
 
 
 def test_sixteen_bit_files_are_linear(tmp_path):
@@ -91,7 +101,7 @@ def test_what_is_no_image_is_refused(image, words):
 def test_missing_and_broken_files_say_so(tmp_path):
     with pytest.raises(FileNotFoundError, match="is no file"):
         read(tmp_path / "none.png")
-    for name, content in (("empty.png", b""), ("broken.jpg", b"\xff\xd8\xff\xe0 broken"), ("text.png", b"hello")):
+    for name, content in (("broken.jpg", b"\xff\xd8\xff\xe0 broken"), ("text.png", b"hello")):
         (tmp_path / name).write_bytes(content)
         with pytest.raises(ValueError, match="cannot be read as an image"):
             read(tmp_path / name)

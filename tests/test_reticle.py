@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from rings_data import rings
 from shell import refusal
 
 import fitting
@@ -59,13 +60,16 @@ def test_deviation_is_the_scatter_over_seeds_and_holds_the_divisions_own():
         np.random.default_rng(0).random((256, 256)),
         np.ones((256, 256)) * 0.5 + 0.01 * np.random.default_rng(1).normal(size=(256, 256)),
         0.5 + 0.4 * np.cos(np.arange(256) / 3)[None] + 0.02 * np.random.default_rng(2).random((256, 256)),
+        grid() ** 2 * np.cos(np.hypot(*np.mgrid[:300, :400]) / 3),
+        rings(0.3, 5e-6, (400, 400)) + rings(0.4, 5e-6, (400, 400), (90.0, 260.0)),
+        0.5 + 0.4 * np.cos(2 * np.pi * np.hypot(*(np.mgrid[:400, :400] - 200.0)) / 20),
     ],
-    ids=["noise", "grey", "one direction"],
+    ids=["noise", "grey", "one direction", "grid behind rings", "two rings", "equidistant rings"],
 )
 def test_what_is_no_grid_is_refused(image):
     found = fitting.scale(image, division=1e-4)
     assert (found.status, found.pixel_size) == ("refused", None)
-    assert "no grid" in found.message
+    assert found.message.startswith("no ")
 
 
 def test_photographed_reticle_gives_the_pixel_size_that_was_read_off_it(shared):
