@@ -23,8 +23,8 @@ class Posterior(eqx.Module):
     """The log-posterior of a fit: of the model's free numbers, and of the given quantities with standard deviations.
 
     A point holds the free numbers that move, in units of their noise about where the optimum is for the given
-    quantities, then each of these, in its own standard deviations from its value. The priors are flat in the free numbers and in the coefficients of
-    background and contrast, which are integrated over, and normal in what is given.
+    quantities, then each of these, in its own standard deviations from its value. The priors are flat in the free
+    numbers and in the coefficients of background and contrast, which are integrated over, and normal in what is given.
     """
 
     model: GapModel | SceneModel
