@@ -18,7 +18,8 @@ import numpy as np
 
 import newtonjax as nj
 from newtonjax import chebyshev
-from newtonjax.fields import fields_at, intensity, polar
+from newtonjax.fields import fields_at, intensity
+from newtonjax.synthesis import synthesize
 
 jax.config.update("jax_enable_x64", True)
 
@@ -44,7 +45,7 @@ def interpolated(scene, camera, nodes):
     """Phase [turns] and intensity at every pixel, from the nodes."""
     fields = nj.Chebyshev(nodes).fields(scene, camera)
     phase = chebyshev.expand(chebyshev.coefficients(fields.phase), camera.shape)[0]
-    return phase, chebyshev.image(fields.background, *polar(fields), camera.shape)
+    return phase, synthesize(nj.Chebyshev(nodes).coefficients(fields), camera.shape)
 
 
 @jax.jit

@@ -160,11 +160,11 @@ def main() -> None:
     for name in names:
         print(json.dumps(summary(name, rows)))
     if not options.quick:
-        save(names, rows)
+        _into_documentation(save(names, rows))
 
 
-def save(names, rows: list[dict]) -> None:
-    """The table, here and in the documentation, and every photograph that was fitted in a few numbers."""
+def save(names, rows: list[dict]) -> list[dict]:
+    """Write the table, and every photograph that was fitted in a few numbers; the table."""
     short = [{key: _digits(row.get(key)) for key in _KEPT} for row in rows if row["status"] != "beyond the bound"]
     table = [summary(name, rows) for name in names]
     every = records.RESULTS / "intervals.csv"
@@ -180,7 +180,7 @@ def save(names, rows: list[dict]) -> None:
         writer = csv.DictWriter(file, _KEPT)
         writer.writeheader()
         writer.writerows(short)
-    _into_documentation(table)
+    return table
 
 
 def _into_documentation(table: list[dict]) -> None:

@@ -1,4 +1,4 @@
-"""Smooth fields on a grid of Chebyshev nodes over an image, and their sum at every pixel."""
+"""Smooth fields on a grid of Chebyshev nodes over an image, and at every pixel."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -6,7 +6,6 @@ from jaxtyping import Array, Float
 from numpy.polynomial.chebyshev import chebvander
 
 from newtonjax.camera import Camera
-from newtonjax.turns import cos_turns
 
 
 def nodes(count: int) -> np.ndarray:
@@ -20,6 +19,11 @@ def analysis(count: int) -> np.ndarray:
     matrix = 2 / count * np.cos(order * np.arccos(nodes(count))[None])
     matrix[0] /= 2
     return matrix
+
+
+def values(count: int, at: int) -> np.ndarray:
+    """The matrix that takes Chebyshev coefficients to values at the nodes of another grid [at, count]."""
+    return chebvander(nodes(at), count - 1)
 
 
 def basis(pixels: int, count: int) -> np.ndarray:
@@ -75,12 +79,3 @@ def expand(coefficients: Float[Array, "fields count count"], shape: tuple[int, i
         return total
 
     return [at_pixels(row) for row in rows]
-
-
-def image(background: Array, modulus: Array, phase: Array, shape: tuple[int, int]) -> Float[Array, "rows columns"]:
-    """I = background + Σ modulus cos 2π phase at every pixel, from the fields' values at the nodes."""
-    values = jnp.concatenate([background[None], modulus, phase])
-    total, *rest = expand(coefficients(values), shape)
-    for size, turns in zip(rest[: len(modulus)], rest[len(modulus) :], strict=True):
-        total = total + size * cos_turns(turns)
-    return total

@@ -15,6 +15,7 @@ from newtonjax.fields import Fields, arrivals, fields_at, intensity, opd_at, pol
 from newtonjax.gap import closed_fields, gap_opd, is_shallow, why_not_closed
 from newtonjax.scene import Scene
 from newtonjax.surfaces import sag, shallow_sag
+from newtonjax.synthesis import synthesize
 from newtonjax.turns import cos_turns
 
 
@@ -113,13 +114,17 @@ class Chebyshev(AbstractMethod):
         corners = jnp.stack([x[jnp.array([0, 0, -1, -1])], y[jnp.array([0, -1, 0, -1])]], axis=1)
         return fields._replace(arrives=fields.arrives & arrivals(scene, corners).arrives.all())
 
+    def coefficients(self, fields: Fields) -> Float[Array, "fields nodes nodes"]:
+        """Chebyshev coefficients of background, moduli and phases [turns]."""
+        return chebyshev.coefficients(jnp.concatenate([fields.background[None], *polar(fields)]))
+
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
         return self.image_and_reach(scene, camera)[0]
 
     def image_and_reach(self, scene: Scene, camera: Camera) -> tuple[Float[Array, "rows columns"], Bool[Array, ""]]:
         """The image, and whether every beam reaches every node: else it is not to be used."""
         fields = self.fields(scene, camera)
-        return chebyshev.image(fields.background, *polar(fields), camera.shape), fields.arrives.all()
+        return synthesize(self.coefficients(fields), camera.shape), fields.arrives.all()
 
     def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
         return self.opd_and_reach(scene, camera)[0]

@@ -13,6 +13,7 @@ from newtonjax import chebyshev
 from newtonjax.camera import middle
 from newtonjax.fields import fields_at, intensity, polar
 from newtonjax.methods import error_from_nodes
+from newtonjax.synthesis import synthesize
 
 VIEWS = ("transmitted", "reflected")
 WAVELENGTH = 500e-9
@@ -95,7 +96,7 @@ def from_nodes(method, scenes, cameras):
     def one(pair):
         fields = method.fields(*pair)
         (phase,) = chebyshev.expand(chebyshev.coefficients(fields.phase), SMALL)
-        image = chebyshev.image(fields.background, *polar(fields), SMALL)
+        image = synthesize(method.coefficients(fields), SMALL)
         return image, phase, error_from_nodes(fields, method.nodes)
 
     return jax.lax.map(one, (scenes, cameras))
