@@ -115,6 +115,9 @@ def render(
     expose: Annotated[bool, typer.Option("--expose", help="A photograph of it, with shot and read noise.")] = False,
     seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Of the noise.")] = 0,
     bits: Annotated[Literal["8", "16"], typer.Option(help="16: linear; 8: sRGB.")] = "16",
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Also what is modelled, what is left out, and what either costs.")
+    ] = False,
     force: Force = False,
 ) -> int:
     """Render an image of Newton's rings, of an air wedge or of a scene file.
@@ -129,7 +132,8 @@ def render(
     }  # fmt: skip
     how = render_verb.How(method, nodes, epsilon, tolerance)
     noise = seed if expose else None
-    return render_verb.run(render_verb.Request(scene, output, bench, shape, pixel_size, how, noise, int(bits), force))
+    what = render_verb.Request(scene, output, bench, shape, pixel_size, how, noise, int(bits), explain, force)
+    return render_verb.run(what)
 
 
 @app.command()

@@ -16,6 +16,7 @@ from newtonjax.splatting import Splatted, why_unpaired
 
 _ANY = ("gap", "wavelength", "screen", "beams", "polarization", "shield", "collecting_lens")
 _BENCHES = {"transmitted": ("radius", *_ANY), "reflected": ("radius", *_ANY), "wedge": ("angle", *_ANY)}
+_TOLERANCE = 1e-3
 _FILL = 0.8  # of the full well, by the brightest pixel, where no camera file says how long to expose
 
 
@@ -39,6 +40,7 @@ class Request(NamedTuple):
     how: How
     seed: int | None
     bits: int
+    explain: bool
     force: bool
 
 
@@ -70,6 +72,9 @@ def run(request: Request) -> int:
         fraction, white, noise = _develop(image, camera, request.seed, from_file, splatted)
     output.write(request.output, png.encode(fraction, request.bits), request.force)
     _say(request, camera, chosen, white, noise)
+    if request.explain:
+        tolerance = _TOLERANCE if request.how.tolerance is None else request.how.tolerance
+        print(f"\nwhat is chosen without --method:\n{nj.explain(scene, camera, tolerance)}")
     return 0
 
 
@@ -107,7 +112,7 @@ def _option(name: str) -> str:
 
 def _choose(scene: nj.Scene, camera: nj.Camera, how: How) -> Chosen:
     """The planned method, or the one asked for if it keeps the tolerance asked for."""
-    tolerance = 1e-3 if how.tolerance is None else how.tolerance
+    tolerance = _TOLERANCE if how.tolerance is None else how.tolerance
     name = how.method or ("chebyshev" if how.nodes else "splat" if how.epsilon else None)
     if name is None:
         plan = nj.plan(scene, camera, tolerance)

@@ -15,6 +15,8 @@ _POOR, _NONE = 0.3, 0.12
 _DOUBTFUL, _TOGETHER, _BLOCKS = 0.55, 3.5, (8, 16)
 # Straight fringes behind a camera's distortion of a few percent bend by so many turns, and so many more a fringe.
 _BEND, _WARPED = 0.15, 0.03
+# So few of them are judged by whether their curvature is determined.
+_FEW_STRAIGHT = 3.6
 # Share of the variance that a few fringes may leave over as structure.
 _STRUCTURE = 0.02
 
@@ -87,7 +89,7 @@ def _straight(mask: np.ndarray, scale: float, centre: tuple[float, float]) -> st
     x, y = pixels_of(mask)
     orders = abs(scale) * float(np.ptp(_squared_distance(mask, centre)))
     bend = abs(scale) * float(_squared_distance(mask, (float(x.mean()), float(y.mean()))).max())
-    if bend >= min(1.0, _BEND + _WARPED * orders) or orders <= 3:
+    if bend >= min(1.0, _BEND + _WARPED * orders) or orders <= _FEW_STRAIGHT:
         return ""
     return (
         f"the fringes are straight: over {orders:.0f} of them the curvature bends one by {bend:.2g} of their distance; "

@@ -143,19 +143,23 @@ class Chebyshev(AbstractMethod):
 def error_from_nodes(fields: Fields, count: int) -> ErrorEstimate:
     """Error bounds of keeping `count` degrees to a side of fields known on at least as many nodes.
 
-    What is left out is at most what the two shells of coefficients next to the cut would grow to if they went on at
-    the rate at which shells decay there; folding back on fewer nodes doubles it (Trefethen 2013, Approximation Theory
-    and Approximation Practice, theorem 8.2). Two shells, since one of them vanishes in a symmetric field.
+    Left out are the shells of coefficients beyond the cut as far as the nodes tell them, and beyond these what their
+    last two shells would grow to if they went on at the rate at which shells decay there; folding back on fewer nodes
+    doubles it (Trefethen 2013, Approximation Theory and Approximation Practice, theorem 8.2). Two shells, since one of
+    them vanishes in a symmetric field.
     """
     modulus, phase = polar(fields)
 
     def rest(values):
         shell = chebyshev.shells(chebyshev.coefficients(values))
-        edge = shell[..., count - 2] + shell[..., count - 1]
-        before = shell[..., max(count - 4, 0)] + shell[..., max(count - 3, 1)]
+        # With hardly more nodes than are kept their last shells lie at the cut itself.
+        end = shell.shape[-1] if shell.shape[-1] >= count + 4 else count
+        edge = shell[..., end - 2] + shell[..., end - 1]
+        before = shell[..., max(end - 4, 0)] + shell[..., max(end - 3, 1)]
         rate = jnp.minimum(edge / jnp.where(before > 0, before, 1.0), 0.9)
+        further = edge * jnp.maximum(rate / (1 - rate), 0.1)
         beyond = shell[..., count:].sum(axis=-1)
-        return 2 * jnp.maximum(edge * jnp.maximum(rate / (1 - rate), 0.1), beyond)
+        return 2 * (beyond + further if end > count else jnp.maximum(further, beyond))
 
     reached = fields.arrives.all()
     phase_error = (rest(phase) + fields.rounding.max()).max(initial=0.0)

@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from newtonjax import chebyshev
 from newtonjax.camera import Camera
+from newtonjax.cost import passes
 from newtonjax.fields import Fields, arrivals, polar
 from newtonjax.gap import closed_fields, why_not_closed
 from newtonjax.light import irradiance
@@ -85,13 +86,14 @@ def plan(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Plan:
             if not np.all(fields.arrives):
                 break
             for count in (n for n in _LADDER if n <= finest):
+                if passes(Chebyshev(count), kept, camera) > passes(Traced(), kept, camera):
+                    break  # fewer pixels than nodes
                 phase, intensity = map(float, _error(fields, count))
                 if intensity + lost <= tolerance:
                     reason = f"the fields are smooth: {count} x {count} nodes resolve them"
                     return Plan(Chebyshev(count), kept, dropped, phase, intensity + lost, reason)
-        return Plan(
-            Traced(), kept, dropped, rounding, lost + 2 * np.pi * rounding, "the fields are not smooth enough for nodes"
-        )
+        reason = "no grid of nodes that costs less is fine enough for the fields"
+        return Plan(Traced(), kept, dropped, rounding, lost + 2 * np.pi * rounding, reason)
 
 
 def _rounding(fields: Fields) -> float:

@@ -100,7 +100,7 @@ def test_a_camera_may_be_among_the_parameters():
     theta = jnp.array([1.0, 0.5])
     jacobian = np.asarray(jax.jacfwd(of)(theta)).reshape(-1, 2)
     weights = 1 / (0.01 + np.asarray(of(theta)).ravel())
-    np.testing.assert_allclose(found.matrix, jacobian.T @ (weights[:, None] * jacobian), rtol=1e-9)
+    np.testing.assert_allclose(found.matrix, jacobian.T @ (weights[:, None] * jacobian), rtol=1e-9, atol=1e-9)
     assert not found.gradient.any()
 
 
