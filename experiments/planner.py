@@ -124,6 +124,9 @@ def main(quick: bool) -> None:
             }
         )
     near = float(np.mean(np.array(ratios) <= 1.5))
+    for part, said, real in rows:
+        if not said >= real:
+            print(f"not bounded: {part}, predicted {said:.3g}, real {real:.3g}")
     for line in table:
         print(line)
         assert line["bounded"] >= (0.99 if not quick else 0.6), line

@@ -264,6 +264,25 @@ def _named(text: str) -> tuple[str, str]:
 
 
 @app.command()
+def tradeoff(
+    scene: Annotated[Path, typer.Argument(metavar="SCENE.toml", help="The bench, with its [camera].")],
+    shape: Shape = None,
+    pixel_size: ScreenPixel = None,
+    splat: Annotated[bool, typer.Option("--splat", help="The algorithm of 2021 too, which takes long.")] = False,
+    output_dir: OutputDir = None,
+    force: Force = False,
+) -> int:
+    """Time every method for a scene, beside its errors and the bias of the radius.
+
+    Of a fit with that method as its model, in parts per million. Rays at every pixel
+    are the reference. With --output-dir a picture and the table as CSV and JSON.
+    """
+    from fitting import tradeoff_verb
+
+    return tradeoff_verb.run(scene, shape, pixel_size, output_dir, force, splat)
+
+
+@app.command()
 def demo(
     output_dir: Annotated[Path, typer.Option(metavar="FOLDER", help="Folder for the results.")] = Path(
         "newtonjax-demo"

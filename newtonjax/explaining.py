@@ -112,8 +112,11 @@ def explain(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Explanatio
     with x64():
         points = chebyshev.node_points(camera, _POINTS)
         fields = _probe(scene, points)
+        if not fields.arrives.all():  # the part of the image that light reaches; where it does not, there is nothing
+            points = points[np.flatnonzero(fields.arrives)] if fields.arrives.any() else points[:1]
+            fields = _probe(scene, points)
         parts = [*_of_beams(scene, chosen, fields), *_inside(scene, chosen, points, fields)]
-        frequency = _frequency(scene, camera)
+        frequency = _frequency(scene, camera, points)
         parts.append(_pixel(fields, frequency))
         parts.append(_line_width(scene, fields, tolerance))
     finest = float(np.hypot(*frequency).max())
@@ -231,17 +234,17 @@ def _upright(scene: Scene) -> Scene | None:
     return replace(scene, surfaces=tuple(replace(surface, tilt=(0.0, 0.0)) for surface in scene.surfaces))
 
 
-def _frequency(scene: Scene, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
+@jax.jit
+def _slopes(scene: Scene, points: Float[Array, "n 2"]) -> Float[Array, "2 pairs n"]:
+    """Change of the phases along x and y [turns per metre]."""
+    unit = jnp.eye(2)[:, None] * jnp.ones_like(points)
+    return jax.vmap(lambda move: jax.jvp(lambda p: polar(fields_at(scene, p))[1], (points,), (move,))[1])(unit)
+
+
+def _frequency(scene: Scene, camera: Camera, points: Float[Array, "n 2"]) -> tuple[np.ndarray, np.ndarray]:
     """Largest frequencies of the fringes along x and y at the points [cycles per pixel]."""
-    points = chebyshev.node_points(camera, _POINTS)
-    step = float(camera.pixel_size) / 8
-
-    def slope(axis):
-        move = jnp.zeros(2).at[axis].set(step)
-        change = polar(_probe(scene, points + move))[1] - polar(_probe(scene, points - move))[1]
-        return np.abs(np.asarray(change - jnp.round(change))).max(axis=0, initial=0.0) * 4
-
-    return slope(0), slope(1)
+    slopes = np.abs(np.asarray(_slopes(scene, points))) * float(camera.pixel_size)
+    return slopes[0].max(axis=0, initial=0.0), slopes[1].max(axis=0, initial=0.0)
 
 
 def _pixel(fields: Fields, frequency: tuple[np.ndarray, np.ndarray]) -> Omission:
