@@ -21,7 +21,7 @@ from newtonjax.rendering import render
 from newtonjax.scene import Scene
 
 # Points to a side at which fields with and without a part are compared, and what may hide in between.
-_POINTS, _BETWEEN = 17, 1.5
+_POINTS, _BETWEEN, _BETWEEN_SLOPES = 17, 2.0, 1.5
 # A beam of so many reflections more is weaker by a power of a few percent.
 _REFLECTIONS = 4
 
@@ -101,7 +101,7 @@ def explain(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Explanatio
     """What `render` does for a scene: method, error, cost, and the parts that are in the image or left out of it.
 
     Each part's error is the largest change of intensity, over the peak, between the fields with it and without it, at
-    17 x 17 points of the image, half as much again for what lies between. A change of more than a turn is a full one.
+    17 x 17 points of the image, twice that for what lies between. A change of more than a turn is a full one.
 
     Renders the image twice to measure its cost. Raises ValueError for a tolerance that is not positive, and for traced
     values.
@@ -112,12 +112,13 @@ def explain(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Explanatio
     with x64():
         points = chebyshev.node_points(camera, _POINTS)
         fields = _probe(scene, points)
-        if not fields.arrives.all():  # the part of the image that light reaches; where it does not, there is nothing
+        whole = bool(fields.arrives.all())
+        if not whole:  # the part of the image that light reaches; where it does not, there is nothing
             points = points[np.flatnonzero(fields.arrives)] if fields.arrives.any() else points[:1]
             fields = _probe(scene, points)
         parts = [*_of_beams(scene, chosen, fields), *_inside(scene, chosen, points, fields)]
         frequency = _frequency(scene, camera, points)
-        parts.append(_pixel(fields, frequency))
+        parts.append(_pixel(fields, frequency, whole))
         parts.append(_line_width(scene, fields, tolerance))
     finest = float(np.hypot(*frequency).max())
     return Explanation(
@@ -247,11 +248,15 @@ def _frequency(scene: Scene, camera: Camera, points: Float[Array, "n 2"]) -> tup
     return slopes[0].max(axis=0, initial=0.0), slopes[1].max(axis=0, initial=0.0)
 
 
-def _pixel(fields: Fields, frequency: tuple[np.ndarray, np.ndarray]) -> Omission:
-    """What the mean over a pixel takes off the contrast: sinc(fx) sinc(fy)."""
+def _pixel(fields: Fields, frequency: tuple[np.ndarray, np.ndarray], whole: bool) -> Omission:
+    """What the mean over a pixel takes off the contrast, sinc(fx) sinc(fy); all where a beam ends within the pixel."""
+    if not whole:
+        return Omission(
+            "mean over each pixel", 1.0, False, "a beam ends in the image: on its edge a pixel is lit or dark"
+        )
     size = np.asarray(jnp.abs(fields.envelope).sum(axis=0))
     left = np.sinc(frequency[0]) * np.sinc(frequency[1])
-    error = _BETWEEN * float((size * (1 - left)).max()) / _peak(fields)
+    error = _BETWEEN_SLOPES * float((size * (1 - left)).max()) / _peak(fields)
     return Omission("mean over each pixel", error, False, "the image is taken at the pixels' centres")
 
 
