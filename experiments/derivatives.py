@@ -7,8 +7,6 @@ one image of the same function, in turns in one process. The dense Jacobian's pr
     python experiments/derivatives.py [--quick]
 """
 
-from time import perf_counter
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -23,12 +21,6 @@ LIMITS = {"gradient": 7.0, "normal equations": 15.0}
 def bench(p):
     names = ("radius", "wavelength", "gap", "screen", "index", "plate_index", "lens_thickness", "plate_thickness")
     return nj.newton_rings(**dict(zip(names, p[:8], strict=True)), lens_tilt=(p[8], p[9]), light_tilt=(p[10], p[11]))
-
-
-def clock(function) -> float:
-    begin = perf_counter()
-    jax.block_until_ready(function())
-    return perf_counter() - begin
 
 
 def ratios(nodes: int, camera: nj.Camera, rounds: int) -> dict[str, float]:
@@ -50,14 +42,8 @@ def ratios(nodes: int, camera: nj.Camera, rounds: int) -> dict[str, float]:
         "gradient": lambda: gradient(point, data),
         "normal equations": lambda: equations(point, data),
     }
-    times = {name: [] for name in runs}
-    for turn in range(rounds + 1):
-        for name, function in runs.items():
-            seconds = clock(function)
-            if turn:
-                times[name].append(seconds)
-    medians = {name: float(np.median(values)) for name, values in times.items()}
-    return {name: seconds / medians["image"] for name, seconds in medians.items() if name != "image"}
+    seconds = records.medians(runs, rounds)
+    return {name: value / seconds["image"] for name, value in seconds.items() if name != "image"}
 
 
 def main(quick: bool) -> None:

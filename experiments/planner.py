@@ -9,10 +9,8 @@ the plan's time beside that of every method whose real error keeps the tolerance
 """
 
 from dataclasses import replace
-from time import perf_counter
 
 import accuracy
-import jax
 import jax.numpy as jnp
 import numpy as np
 import records
@@ -70,12 +68,6 @@ def keeps(scene, camera, method, truth) -> bool:
         return False
 
 
-def clock(function) -> float:
-    begin = perf_counter()
-    jax.block_until_ready(function())
-    return perf_counter() - begin
-
-
 def race(scene, camera, chosen) -> float:
     """The plan's time over that of the fastest method whose real error keeps the tolerance."""
     truth = nj.render(scene, camera, nj.Traced())
@@ -84,14 +76,8 @@ def race(scene, camera, chosen) -> float:
     large = replace(camera, shape=(FAST, FAST), pixel_size=float(camera.pixel_size) * PIXELS / FAST)
     runs = {m: (lambda m=m: nj.render(scene, large, m)) for m in good}
     runs["plan"] = lambda: nj.render(chosen.scene, large, chosen.method)
-    times = {name: [] for name in runs}
-    for turn in range(TURNS + 1):
-        for name, function in runs.items():
-            seconds = clock(function)
-            if turn:
-                times[name].append(seconds)
-    medians = {name: float(np.median(values)) for name, values in times.items()}
-    return medians["plan"] / min(medians.values())
+    seconds = records.medians(runs, TURNS)
+    return seconds["plan"] / min(seconds.values())
 
 
 def main(quick: bool) -> None:

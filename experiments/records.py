@@ -3,6 +3,8 @@
 import argparse
 import json
 from pathlib import Path
+from statistics import median
+from time import perf_counter
 
 import jax
 
@@ -15,6 +17,24 @@ def arguments(doc: str, quick: str) -> argparse.Namespace:
     parser.add_argument("--quick", action="store_true", help=quick)
     jax.config.update("jax_enable_x64", True)
     return parser.parse_args()
+
+
+def clock(function) -> float:
+    """Seconds that a call takes, its arrays computed."""
+    begin = perf_counter()
+    jax.block_until_ready(function())
+    return perf_counter() - begin
+
+
+def medians(functions: dict, rounds: int) -> dict:
+    """Median seconds of each function by its name, taking turns, the first call (compilation included) apart."""
+    for function in functions.values():
+        clock(function)
+    times = {name: [] for name in functions}
+    for _ in range(rounds):
+        for name, function in functions.items():
+            times[name].append(clock(function))
+    return {name: median(values) for name, values in times.items()}
 
 
 def save(name: str, table, figure=None, dpi: int = 100) -> None:

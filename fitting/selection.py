@@ -27,8 +27,6 @@ _NOTHING = 1e-6
 # A microscope on the gap of a steep sphere sees 2 t only to some 3.3 (r/R)², which a distortion imitates; twice that,
 # since the share depends on the glass above.
 _STEEP = 6.6
-
-
 # What is said of a part that was asked for and that no fit has.
 UNFITTED = "asked for, but"
 

@@ -13,7 +13,7 @@ import newtonjax as nj
 from fitting.models import change, curved_surface
 from newtonjax import chebyshev
 from newtonjax.fields import fields_at, polar
-from newtonjax.gap import closed_fields, gap_of, why_not_closed
+from newtonjax.gap import closed_fields, gap_of, has_tilted_sphere, why_not_closed
 from newtonjax.methods import AbstractMethod
 from newtonjax.precision import x64
 
@@ -58,7 +58,7 @@ def tradeoff(
     algorithm of 2021 too, which takes long.
     """
     way = _Race(scene, camera)
-    jobs: list[Callable[[], Way]] = [lambda: way.formula()]
+    jobs: list[Callable[[], Way]] = [way.formula]
     plans: dict[int, tuple[nj.Plan, float | None]] = {}
     for tolerance in TOLERANCES:
         chosen = nj.plan(scene, camera, tolerance)
@@ -96,7 +96,7 @@ class _Race:
     def formula(self) -> Way:
         """2 n t at normal incidence, also where `render` would refuse it."""
         reason = why_not_closed(self.scene)
-        if gap_of(self.scene) is None or _tilted_sphere(self.scene):
+        if gap_of(self.scene) is None or has_tilted_sphere(self.scene):
             return Way("ClosedForm", None, None, None, None, None, None, note=f"there is none: {reason}")
         with x64():
             image = _formula(self.scene, self.small)
@@ -200,10 +200,6 @@ def _clock(function: Callable, lowered, runs: int = _RUNS) -> tuple[float, int]:
         jax.block_until_ready(function())
         times.append(perf_counter() - begin)
     return float(np.median(times)), int(analysis.output_size_in_bytes + analysis.temp_size_in_bytes)
-
-
-def _tilted_sphere(scene: nj.Scene) -> bool:
-    return any(np.any(np.asarray(s.tilt) != 0) and float(s.curvature) != 0 for s in scene.surfaces)
 
 
 @jax.jit

@@ -10,15 +10,15 @@ from fitting.start import Rings, plane_wave
 
 # Fringes that explain less than this are looked at twice; less than that are none.
 _POOR, _NONE = 0.3, 0.12
-# Structure that makes up half of the variance, and errs together in blocks [px] by more than blurred noise does, is
-# fringes of another kind (equidistant circles, spirals, ellipses that were not found).
+# Structure that makes up more than 45 % of the variance, and errs together in blocks [px] by more than blurred noise
+# does, is fringes of another kind (equidistant circles, spirals, ellipses that were not found).
 _DOUBTFUL, _TOGETHER, _BLOCKS = 0.55, 3.5, (8, 16)
 # Straight fringes behind a camera's distortion of a few percent bend by so many turns, and so many more a fringe.
 _BEND, _WARPED = 0.15, 0.03
 # So few of them are judged by whether their curvature is determined.
 _FEW_STRAIGHT = 3.6
-# Share of the variance that a few fringes may leave over as structure.
-_STRUCTURE = 0.02
+# Share of the variance that a few fringes may leave over as structure, and how much less than two may err together.
+_STRUCTURE, _ALIKE = 0.02, 3.0
 
 
 def why_refused(found: Fitted, photograph: Photograph, rings: Rings) -> str:
@@ -62,7 +62,7 @@ def _locked_badly(found: Fitted, photograph: Photograph, explained: float, order
         )
     if orders >= FEW:
         return ""
-    if share < _STRUCTURE and (orders >= 2 or inflation < 3):
+    if share < _STRUCTURE and (orders >= 2 or inflation < _ALIKE):
         return ""
     return (
         f"{orders:.1f} fringes leave {max(share, 0):.1%} of the variance over as structure: with so few of them that "

@@ -14,9 +14,9 @@ from newtonjax.precision import x64
 from newtonjax.scene import Scene
 from newtonjax.turns import cos_turns
 
-# Measured at 1024 x 1024 on two cores, in passes of `cos_turns` over that image (0.6 ms), as
-# `experiments/methods.py` compares them: a field's degree, what else a pixel costs, the closed form, one ray through
-# one surface, and what a call costs by itself.
+# Fitted to timings of 1024 x 1024 pixels on two cores, in passes of `cos_turns` over them (0.6 ms): a field's degree,
+# what else a pixel costs, the closed form, one ray through one surface, and what a call costs by itself. That plans
+# made with them are fast is what `experiments/planner.py` checks.
 _DEGREE, _PIXEL, _CLOSED, _STOP, _CALL = 0.059, 0.27, 1.6, 1.3e-3, 0.6
 _PIXELS = 1024 * 1024
 # Traced pixels are worked through one block after another: a ray costs more than one of a small grid's.

@@ -13,10 +13,10 @@ from newtonjax.beams import enumerate_beams
 from newtonjax.camera import Camera
 from newtonjax.cost import predicted_seconds
 from newtonjax.fields import Fields, fields_at, polar
-from newtonjax.gap import closed_fields, gap_of, why_not_closed
+from newtonjax.gap import closed_fields, gap_of, has_tilted_sphere, why_not_closed
 from newtonjax.methods import ClosedForm
 from newtonjax.planning import Plan, plan
-from newtonjax.precision import require_concrete, x64
+from newtonjax.precision import afresh, require_concrete, x64
 from newtonjax.rendering import render
 from newtonjax.scene import Scene
 
@@ -101,12 +101,14 @@ def explain(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Explanatio
     """What `render` does for a scene: method, error, cost, and the parts that are in the image or left out of it.
 
     Each part's error is the largest change of intensity, over the peak, between the fields with it and without it, at
-    17 x 17 points of the image, twice that for what lies between. A change of more than a turn is a full one.
+    17 x 17 points of the image, twice that for what lies between. Where phases differ by more than half a turn it is
+    all that it can be.
 
-    Renders the image twice to measure its cost. Raises ValueError for a tolerance that is not positive, and for traced
-    values.
+    Renders the image four times to measure its cost. Raises ValueError for a tolerance that is not positive, and for
+    traced values.
     """
     require_concrete("explain", scene, camera)
+    scene, camera = afresh(scene, camera)
     chosen = plan(scene, camera, tolerance)
     first, again = _clock(chosen, camera), min(_clock(chosen, camera) for _ in range(3))
     with x64():
@@ -198,7 +200,7 @@ def _inside(scene: Scene, chosen: Plan, points: Float[Array, "n 2"], fields: Fie
     for name, level in (("tilt of the light", _light_upright(scene)), ("tilt of the surfaces", _upright(scene))):
         if level is not None:
             found.append(Omission(name, _difference(_probe(level, points), fields), True, "against none"))
-    if (upper := gap_of(scene)) is None or _tilted(scene, upper):
+    if (upper := gap_of(scene)) is None or has_tilted_sphere(scene):
         return found
     x, y = points[:, 0], points[:, 1]
     formula = closed_fields(scene, x, y)
@@ -216,11 +218,6 @@ def _why(scene: Scene) -> str:
     """What keeps 2 n t from being the path difference."""
     reason = why_not_closed(scene)
     return f"; there is a {reason.split(':')[0]}" if reason else ""
-
-
-def _tilted(scene: Scene, upper: int) -> bool:
-    """Whether a sphere of the gap is tilted, for which there is no height over the plane."""
-    return any(np.any(np.asarray(f.tilt) != 0) and float(f.curvature) != 0 for f in scene.surfaces[upper : upper + 2])
 
 
 def _light_upright(scene: Scene) -> Scene | None:

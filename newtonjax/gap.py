@@ -146,5 +146,11 @@ def why_not_closed(scene: Scene) -> str:
     return ""
 
 
+def has_tilted_sphere(scene: Scene) -> bool:
+    """Whether a face of the gap is a tilted sphere, which has no closed form of its height over the plane."""
+    upper = required_gap(scene)
+    return any(_nonzero(f.tilt) and _nonzero(f.curvature) for f in scene.surfaces[upper : upper + 2])
+
+
 def _nonzero(value) -> bool:
     return is_concrete(value) and bool(np.any(np.asarray(value) != 0))

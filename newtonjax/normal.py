@@ -14,8 +14,7 @@ from newtonjax.methods import Chebyshev
 from newtonjax.precision import require_x64, x64
 from newtonjax.quantities import is_concrete
 from newtonjax.scene import Scene
-from newtonjax.synthesis import slopes, split
-from newtonjax.turns import cos_turns
+from newtonjax.synthesis import combine, slopes
 
 
 class NormalEquations(NamedTuple):
@@ -75,7 +74,7 @@ def _equations(bench, parameters, camera, data, weights, method) -> NormalEquati
     changes = jnp.moveaxis(jax.jacfwd(of_nodes)(parameters), -1, 0)
     fields = chebyshev.expand(at, shape)
     factors = [jnp.ones(shape), *slopes(fields)]
-    image = _image(fields)
+    image = combine(fields)
     given = weights(image) if callable(weights) else weights
     weight: Array = jnp.ones(shape) if given is None else jnp.asarray(given)
     if data is None:
@@ -85,11 +84,6 @@ def _equations(bench, parameters, camera, data, weights, method) -> NormalEquati
         sums = jnp.stack([_moments(weight * left * factor, method.nodes) for factor in factors])
         gradient, misfit = jnp.einsum("fkl,pfkl->p", sums, changes), 0.5 * jnp.vdot(weight * left, left)
     return NormalEquations(misfit, gradient, _matrix(weight, factors, changes))
-
-
-def _image(fields):
-    background, moduli, phases = split(fields)
-    return background + sum(size * cos_turns(turns) for size, turns in zip(moduli, phases, strict=True))
 
 
 def _moments(table: Float[Array, "rows columns"], count: int) -> Float[Array, "count count"]:

@@ -15,7 +15,7 @@ from newtonjax.fields import Fields, arrivals, polar
 from newtonjax.gap import closed_fields, why_not_closed
 from newtonjax.light import irradiance
 from newtonjax.methods import AbstractMethod, Chebyshev, ClosedForm, ErrorEstimate, Traced, error_from_nodes
-from newtonjax.precision import require_concrete, x64
+from newtonjax.precision import afresh, require_concrete, x64
 from newtonjax.scene import Scene
 
 _LADDER = (5, 6, 7, 9, 11, 13, 17, 21, 25, 29, 33)
@@ -68,6 +68,7 @@ def plan(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Plan:
     require_concrete("plan", scene, camera)
     if not 0 < tolerance < np.inf:
         raise ValueError(f"tolerance is {tolerance}; allowed: a positive number, such as 1e-3")
+    scene, camera = afresh(scene, camera)
     with x64():
         kept, lost = _strong_beams(scene, camera, 0.1 * tolerance)
         dropped = tuple(word for word in scene.beams if word not in kept.beams)

@@ -1,13 +1,30 @@
 """float64 where it is needed: as a context around eager calls, as an error inside the user's own transformations."""
 
+from contextlib import contextmanager
+
 import jax
+import numpy as np
 
 from newtonjax.quantities import is_concrete
 
 
+@contextmanager
 def x64():
-    """A context in which JAX computes in float64; the user's configuration is left alone."""
-    return jax.enable_x64(True)
+    """A context for what has only concrete values: JAX computes it in float64 and at once.
+
+    The user's configuration is left alone. Within a transformation of the user's the result is a constant.
+    """
+    with jax.enable_x64(True), jax.ensure_compile_time_eval():
+        yield
+
+
+def afresh(*trees):
+    """The trees with copies of their NumPy arrays.
+
+    JAX 0.10 and 0.12 remember what they made of an array, and a float32 program that used it as a constant would leave
+    that to a float64 one ("expected parameter of size 16 but got 8").
+    """
+    return jax.tree.map(lambda leaf: leaf.copy() if isinstance(leaf, np.ndarray) else leaf, trees)
 
 
 def require_x64(what: str) -> None:

@@ -1,5 +1,6 @@
 """The public verbs: render an image, or its optical path difference."""
 
+from dataclasses import replace
 from functools import partial
 
 import jax
@@ -9,7 +10,7 @@ from jaxtyping import Array, Float
 from newtonjax.camera import Camera
 from newtonjax.methods import AbstractMethod, Chebyshev, ClosedForm
 from newtonjax.planning import plan
-from newtonjax.precision import require_x64, x64
+from newtonjax.precision import afresh, require_x64, x64
 from newtonjax.quantities import is_concrete
 from newtonjax.scene import Scene
 from newtonjax.splatting import Splat
@@ -47,11 +48,15 @@ def opd(
 def _run(kernel, scene, camera, method, tolerance):
     if method is not None and not isinstance(method, AbstractMethod):
         raise ValueError(f"method is {method!r}; allowed: a method such as Chebyshev(), ClosedForm() or Traced()")
+    scene, camera = afresh(scene, camera)
     if not is_concrete(scene, camera):
         method = Chebyshev() if method is None else method
         method.check(scene)
         if not isinstance(method, ClosedForm):
             require_x64(type(method).__name__)
+        elif not jax.config.read("jax_enable_x64"):
+            # As it stands: compiled apart, it would be given its numbers in float32, the concrete ones too.
+            kernel = kernel.__wrapped__
         return kernel(scene, camera, method)[0]
     scene = spare_component(scene)
     if method is None:
@@ -59,15 +64,18 @@ def _run(kernel, scene, camera, method, tolerance):
         scene, method = chosen.scene, chosen.method
     else:
         method.check(scene)
+    if isinstance(method, Chebyshev) and method.dtype is None and not jax.config.read("jax_enable_x64"):
+        method = replace(method, dtype="float32")
     with x64():
-        image, reached = kernel(scene, camera, method)
+        # Splatting refines its source by what it sees, and so cannot be compiled as a whole.
+        image, reached = (kernel.__wrapped__ if isinstance(method, Splat) else kernel)(scene, camera, method)
     if not reached:
         raise ValueError(
             f"{type(method).__name__} cannot honour a beam that does not reach the whole image (it misses a surface, "
             "is totally reflected, or ends at a focus); use Traced()"
         )
     # An array of a type that the user's setting does not have would warn at every further step.
-    return image if jax.config.read("jax_enable_x64") else _as_float32(image)
+    return image if jax.config.read("jax_enable_x64") or image.dtype == jnp.float32 else _as_float32(image)
 
 
 def _as_float32(image):
@@ -75,14 +83,8 @@ def _as_float32(image):
         return jax.block_until_ready(image.astype(jnp.float32))
 
 
-def _image(scene, camera, method):
-    if isinstance(method, Splat):  # refines its source by what it sees, and so cannot be compiled as a whole
-        return method.image(scene, camera), True
-    return _compiled_image(scene, camera, method)
-
-
 @partial(jax.jit, static_argnames="method")
-def _compiled_image(scene, camera, method):
+def _image(scene, camera, method):
     if isinstance(method, Chebyshev):
         return method.image_and_reach(scene, camera)
     return method.image(scene, camera), True

@@ -29,7 +29,7 @@ def synthesize(
     # A branch keeps the compiler from fusing the image into a sum over it, which would not be vectorized.
     return jax.lax.cond(
         jnp.isfinite(coefficients[0, 0, 0]),
-        lambda: _sum(chebyshev.expand(coefficients, shape)),
+        lambda: combine(chebyshev.expand(coefficients, shape)),
         lambda: jnp.full(shape, jnp.nan, coefficients.dtype),
     )
 
@@ -40,14 +40,15 @@ def _synthesize_jvp(shape, primals, tangents):
     return synthesize(coefficients, shape), _push.bind(coefficients, change[None], shape=shape)[0]
 
 
-def _sum(fields: list[Array]) -> Array:
-    background, moduli, phases = split(fields)
+def combine(fields: list[Array]) -> Array:
+    """Background + Σ modulus cos 2π phase, of fields in a row."""
+    background, moduli, phases = _split(fields)
     for size, turns in zip(moduli, phases, strict=True):
         background = background + size * cos_turns(turns)
     return background
 
 
-def split(fields):
+def _split(fields):
     """Background, moduli and phases out of fields in a row."""
     pairs = (len(fields) - 1) // 2
     return fields[0], fields[1 : 1 + pairs], fields[1 + pairs :]
@@ -55,7 +56,7 @@ def split(fields):
 
 def slopes(fields: list[Array]) -> list[Array]:
     """By how much the image changes per unit of each field but the background, where it is 1."""
-    _, moduli, phases = split(fields)
+    _, moduli, phases = _split(fields)
     by_phase = [-2 * jnp.pi * size * sin_turns(turns) for size, turns in zip(moduli, phases, strict=True)]
     return [cos_turns(turns) for turns in phases] + by_phase
 
