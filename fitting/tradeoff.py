@@ -2,9 +2,9 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from time import perf_counter
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -12,10 +12,10 @@ import numpy as np
 import newtonjax as nj
 from fitting.models import change, curved_surface
 from newtonjax import chebyshev
-from newtonjax.fields import fields_at, polar
+from newtonjax.fields import fields_at, intensity, polar
 from newtonjax.gap import closed_fields, gap_of, has_tilted_sphere, why_not_closed
-from newtonjax.methods import AbstractMethod
 from newtonjax.precision import x64
+from newtonjax.synthesis import combine, synthesize
 
 # Tolerances that are planned for, and the fixed grid that a user's own transformation gets.
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
@@ -53,9 +53,9 @@ def tradeoff(
 ) -> list[Way]:
     """Every method for a scene, the rays at every pixel last: these are the reference.
 
-    Times and memory are those of the camera's own image; errors are taken on at most 192 x 192 pixels of the same
-    field. The bias is that of least squares on the phase, with the radius, the centre and the gap free. `splat`: the
-    algorithm of 2021 too, which takes long.
+    Times and memory are those of the camera's own image; errors are taken on at most 192 x 192 of its pixels. The bias
+    is that of least squares on the phase, with the radius, the centre and the gap free. `splat`: the algorithm of 2021
+    too, which takes long.
     """
     way = _Race(scene, camera)
     jobs: list[Callable[[], Way]] = [way.formula]
@@ -80,18 +80,18 @@ def tradeoff(
 
 
 class _Race:
-    """A scene with its reference image and phase."""
+    """A scene with its reference, of rays at some of its pixels and at nodes all over the image."""
 
     def __init__(self, scene: nj.Scene, camera: nj.Camera):
         self.scene, self.camera = scene, camera
-        factor = max(1.0, max(camera.shape) / _SIDE)
-        shape = (max(int(camera.shape[0] / factor), 1), max(int(camera.shape[1] / factor), 1))
-        centre = None if camera.centre_px is None else tuple((np.asarray(camera.centre_px) + 0.5) / factor - 0.5)
-        self.small = replace(camera, shape=shape, pixel_size=float(camera.pixel_size) * factor, centre_px=centre)
-        self.truth = nj.render(scene, self.small, nj.Traced())
+        self.rows, self.columns = (np.unique(np.linspace(0, n - 1, _SIDE).round().astype(int)) for n in camera.shape)
         with x64():
-            self.points = chebyshev.node_points(self.small, _POINTS)
-        self.phase = self._traced_phase(scene)
+            x, y = camera.axes()
+            there = np.meshgrid(np.asarray(x)[self.columns], np.asarray(y)[self.rows])
+            self.pixels = jnp.stack([jnp.asarray(axis.ravel()) for axis in there], axis=1)
+            self.points = chebyshev.node_points(camera, _POINTS)
+            self.truth = np.asarray(_traced_image(scene, self.pixels))
+            self.phase = np.asarray(_traced_phase(scene, self.points))
 
     def formula(self) -> Way:
         """2 n t at normal incidence, also where `render` would refuse it."""
@@ -99,53 +99,66 @@ class _Race:
         if gap_of(self.scene) is None or has_tilted_sphere(self.scene):
             return Way("ClosedForm", None, None, None, None, None, None, note=f"there is none: {reason}")
         with x64():
-            image = _formula(self.scene, self.small)
+            x, y = self.camera.axes()
+            made = _Timed(_formula, self.scene, x[None, :], y[:, None])
+            image = np.asarray(_formula(self.scene, self.pixels[:, 0], self.pixels[:, 1]))
             phase = _formula_phase(self.scene, self.points)
-        seconds, size = _clock(lambda: _formula(self.scene, self.camera), _formula.lower(self.scene, self.camera))
-        bias = self._bias(lambda scene: _formula_phase(scene, self.points))
+        bias = self._bias(lambda scene: _formula_phase(scene, self.points), self.scene)
         note = f"ignores {reason.split(':')[0]}" if reason else ""
-        return Way("ClosedForm", seconds, size, self._away(phase), self._wrong(image), None, bias, note=note)
+        return Way("ClosedForm", made.seconds, made.bytes, self._away(phase), self._wrong(image), None, bias, note=note)
 
     def nodes(self, plan: nj.Plan, tolerance: float | None) -> Way:
-        method = plan.method
+        """Rays at the nodes and the image of them are compiled and timed one after the other, as `render` has them."""
+        count = plan.method.nodes
         predicted = plan.intensity_error if tolerance is not None else None
-        seconds, size = self._time(method, plan.scene)
-        image = nj.render(plan.scene, self.small, method)
+        onto = chebyshev.values(count, _POINTS)
 
         def phase(scene):
-            with x64():
-                return _nodes_phase(scene, self.small, method.nodes, _POINTS)
+            fields = np.asarray(rays.compiled(scene, self.camera))
+            return (onto @ fields[1 + len(fields) // 2] @ onto.T).ravel()
 
-        name = f"Chebyshev({method.nodes})"
-        errors = self._away(phase(self.scene)), self._wrong(image)
+        with x64():
+            rays = _Timed(_coefficients, plan.scene, self.camera, static=(count,))
+            fields = rays.compiled(plan.scene, self.camera)
+            pixels = _Timed(_synthesize, fields, static=(self.camera.shape,))
+            image = np.asarray(_at_pixels(fields, *self._bases(count)))
+            away, bias = self._away(phase(plan.scene)), self._bias(phase, plan.scene)
         note = f"without {len(plan.dropped)} weak beams" if plan.dropped else ""
-        return Way(name, seconds, size, *errors, predicted, self._bias(phase), tolerance, note)
+        seconds, size = rays.seconds + pixels.seconds, max(rays.bytes, pixels.bytes)
+        return Way(f"Chebyshev({count})", seconds, size, away, self._wrong(image), predicted, bias, tolerance, note)
+
+    def _bases(self, count: int) -> tuple[np.ndarray, np.ndarray]:
+        rows, columns = (chebyshev.basis(n, count) for n in self.camera.shape)
+        return rows[:, self.rows], columns[:, self.columns]
 
     def splat(self) -> Way:
-        """The mean of pairs of rays, timed on the smaller image: it is linear in the pixels."""
+        """The mean of pairs of rays, on a smaller image and timed there: it is linear in the pixels."""
+        factor = max(1.0, max(self.camera.shape) / _SIDE)
+        shape = (max(int(self.camera.shape[0] / factor), 1), max(int(self.camera.shape[1] / factor), 1))
+        centre = self.camera.centre_px
+        centre = None if centre is None else tuple((np.asarray(centre) + 0.5) / factor - 0.5)
+        small = replace(self.camera, shape=shape, pixel_size=float(self.camera.pixel_size) * factor, centre_px=centre)
+        truth = np.asarray(nj.render(self.scene, small, nj.Traced()))
         begin = perf_counter()
         try:
-            found = nj.splat(self.scene, self.small, nj.Splat())
+            found = nj.splat(self.scene, small, nj.Splat())
         except ValueError as error:
             return Way("Splat", None, None, None, None, None, None, note=str(error).split(";")[0])
-        share = np.prod(self.camera.shape) / np.prod(self.small.shape)
+        share = np.prod(self.camera.shape) / np.prod(shape)
         seconds, lit = float(share) * (perf_counter() - begin), ~np.asarray(found.unpaired)
-        wrong = np.abs(np.asarray(found.image) - np.asarray(self.truth))[lit]
-        error = float(wrong.max() / self.truth.max()) if lit.any() else None
-        note = f"time from {' x '.join(map(str, self.small.shape))} pixels, {1 - lit.mean():.0%} of them without a pair"
+        wrong = np.abs(np.asarray(found.image) - truth)[lit]
+        error = float(wrong.max() / truth.max()) if lit.any() else None
+        note = f"time from {' x '.join(map(str, shape))} pixels, {1 - lit.mean():.0%} of them without a pair"
         return Way("Splat", seconds, None, None, error, None, None, note=note)
 
     def reference(self) -> Way:
-        seconds, size = self._time(nj.Traced(), self.scene, 1)
-        return Way("Traced", seconds, size, 0.0, 0.0, None, 0.0 if self._curved() else None, note="the reference")
-
-    def _time(self, method: AbstractMethod, scene: nj.Scene, runs: int = _RUNS) -> tuple[float, int]:
         with x64():
-            lowered = jax.jit(lambda s, c: method.image(s, c)).lower(scene, self.camera)
-        return _clock(lambda: nj.render(scene, self.camera, method), lowered, runs)
+            made = _Timed(_reference, self.scene, self.camera, runs=1)
+        bias = 0.0 if self._curved() else None
+        return Way("Traced", made.seconds, made.bytes, 0.0, 0.0, None, bias, note="the reference")
 
-    def _wrong(self, image) -> float:
-        return float(jnp.abs(image - self.truth).max() / self.truth.max())
+    def _wrong(self, image: np.ndarray) -> float:
+        return float(np.abs(image.ravel() - self.truth).max() / self.truth.max())
 
     def _away(self, phase) -> float:
         away = np.asarray(phase) - self.phase
@@ -159,19 +172,15 @@ class _Race:
             return False
         return len(self.scene.beams) == 2
 
-    def _traced_phase(self, scene: nj.Scene) -> np.ndarray:
-        with x64():
-            return np.asarray(_traced_phase(scene, self.points))
-
-    def _bias(self, phase: Callable) -> float | None:
+    def _bias(self, phase: Callable, scene: nj.Scene) -> float | None:
         """Relative error of the radius that puts this method's phase nearest to the reference's."""
         if not self._curved():
             return None
-        face, total, step = curved_surface(self.scene), 1.0, 1e-4
+        face, total, step = curved_surface(scene), 1.0, 1e-4
         centre = np.asarray(self.points)
         for _ in range(_STEPS):
             here, more, less = (
-                np.asarray(phase(change(self.scene, "radius", total * f, face))) for f in (1, 1 + step, 1 - step)
+                np.asarray(phase(change(scene, "radius", total * f, face))) for f in (1, 1 + step, 1 - step)
             )
             left = self.phase - here
             columns = [(more - less) / (2 * step), np.ones_like(here), *_slopes(here, centre)]
@@ -190,22 +199,25 @@ def _slopes(phase: np.ndarray, points: np.ndarray) -> list[np.ndarray]:
     return [np.stack(columns, axis=1) @ weights for columns in (along_x, along_y)]
 
 
-def _clock(function: Callable, lowered, runs: int = _RUNS) -> tuple[float, int]:
-    """Median seconds of a call after the first, and the bytes that its compiled form takes."""
-    analysis = lowered.compile().memory_analysis()
-    jax.block_until_ready(function())
-    times = []
-    for _ in range(runs):
-        begin = perf_counter()
-        jax.block_until_ready(function())
-        times.append(perf_counter() - begin)
-    return float(np.median(times)), int(analysis.output_size_in_bytes + analysis.temp_size_in_bytes)
+class _Timed:
+    """A function compiled for its arguments: median seconds of a call, and the bytes that it takes beyond them."""
+
+    def __init__(self, function, *arguments, static: tuple = (), runs: int = _RUNS):
+        self.compiled = function.lower(*arguments, *static).compile()
+        analysis = self.compiled.memory_analysis()
+        self.bytes = int(analysis.output_size_in_bytes + analysis.temp_size_in_bytes)
+        jax.block_until_ready(self.compiled(*arguments))
+        times = []
+        for _ in range(runs):
+            begin = perf_counter()
+            jax.block_until_ready(self.compiled(*arguments))
+            times.append(perf_counter() - begin)
+        self.seconds = float(np.median(times))
 
 
 @jax.jit
-def _formula(scene, camera):
-    x, y = camera.axes()
-    fields = closed_fields(scene, x[None, :], y[:, None])
+def _formula(scene, x, y):
+    fields = closed_fields(scene, x, y)
     return fields.background + fields.envelope[0].real * nj.cos_turns(fields.phase[0])
 
 
@@ -219,8 +231,25 @@ def _traced_phase(scene, points):
     return polar(fields_at(scene, points))[1][0]
 
 
-@eqx.filter_jit
-def _nodes_phase(scene, camera, nodes: int, points: int):
-    values = chebyshev.coefficients(polar(nj.Chebyshev(nodes).fields(scene, camera))[1])[0]
-    onto = jnp.asarray(chebyshev.values(nodes, points))
-    return (onto @ values @ onto.T).ravel()
+@jax.jit
+def _traced_image(scene, pixels):
+    return jax.lax.map(lambda pixel: intensity(fields_at(scene, pixel[None]))[0], pixels, batch_size=4096)
+
+
+@jax.jit
+def _reference(scene, camera):
+    return nj.Traced().image(scene, camera)
+
+
+@partial(jax.jit, static_argnums=2)
+def _coefficients(scene, camera, nodes: int):
+    method = nj.Chebyshev(nodes)
+    return method.coefficients(method.fields(scene, camera))
+
+
+_synthesize = jax.jit(synthesize, static_argnums=1)
+
+
+@jax.jit
+def _at_pixels(fields, along_y, along_x):
+    return combine(list(jnp.einsum("fkl,ky,lx->fyx", fields, along_y, along_x, precision="highest")))
