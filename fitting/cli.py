@@ -90,7 +90,12 @@ def _command(
 @app.command()
 def render(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="transmitted, reflected, wedge, or a file SCENE.toml.")],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="PNG to write.")],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="PNG to write; or TIFF (.tif), which may be larger than memory."
+        ),
+    ],
     radius: Radius = None,
     gap: Gap = None,
     wavelength: Wave = None,

@@ -3,6 +3,8 @@
 import json
 import math
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 
@@ -34,10 +36,17 @@ def write(path: Path, content: bytes | str, force: bool) -> None:
     """
     check_free([path], force)
     data = content.encode("utf-8") if isinstance(content, str) else content
+    with in_one_step(path) as neighbour:
+        neighbour.write_bytes(data)
+
+
+@contextmanager
+def in_one_step(path: Path) -> Iterator[Path]:
+    """A neighbour to write into, which takes the name at the end, or is gone where that is not reached."""
     path = path.resolve()  # a link stays one, and its target gets the content
     neighbour = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        neighbour.write_bytes(data)
+        yield neighbour
         os.replace(neighbour, path)
     finally:
         neighbour.unlink(missing_ok=True)

@@ -14,11 +14,13 @@ def encode(fraction: Float[np.ndarray, "rows columns"], bits: int) -> bytes:
     import imageio.v3 as imageio
 
     file = io.BytesIO()
-    imageio.imwrite(file, _codes(np.clip(fraction, 0.0, 1.0), bits), extension=".png")
+    imageio.imwrite(file, codes(fraction, bits), extension=".png")
     return file.getvalue()
 
 
-def _codes(fraction, bits: int) -> UInt8[np.ndarray, "rows columns"] | UInt16[np.ndarray, "rows columns"]:
+def codes(fraction, bits: int) -> UInt8[np.ndarray, "rows columns"] | UInt16[np.ndarray, "rows columns"]:
+    """The numbers that a file holds of an image whose white is 1."""
+    fraction = np.clip(fraction, 0.0, 1.0)
     if bits == 16:
         return np.round(fraction * 65535).astype(np.uint16)
     return np.round(to_srgb(fraction) * 255).astype(np.uint8)

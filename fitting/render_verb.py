@@ -1,5 +1,6 @@
-"""The verb `render`: from options to a scene, a camera, a method, and a PNG."""
+"""The verb `render`: from options to a scene, a camera, a method, and a file."""
 
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -8,7 +9,7 @@ import jax
 import numpy as np
 
 import newtonjax as nj
-from fitting import output, png, session
+from fitting import output, png, session, tiff
 from fitting.lamps import Wavelength
 from fitting.progress import progress
 from newtonjax.methods import AbstractMethod
@@ -17,6 +18,7 @@ from newtonjax.splatting import Splatted, why_unpaired
 _ANY = ("gap", "wavelength", "screen", "beams", "polarization", "shield", "collecting_lens")
 _BENCHES = {"transmitted": ("radius", *_ANY), "reflected": ("radius", *_ANY), "wedge": ("angle", *_ANY)}
 _TOLERANCE = 1e-3
+_TIFF = (".tif", ".tiff")
 _FILL = 0.8  # of the full well, by the brightest pixel, where no camera file says how long to expose
 
 
@@ -60,17 +62,22 @@ class Chosen(NamedTuple):
 
 def run(request: Request) -> int:
     """Render, write, say what was done; the exit status."""
-    if request.output.suffix.lower() != ".png":
-        raise ValueError(f"--output {request.output}: give a name that ends in .png")
+    kind = request.output.suffix.lower()
+    if kind not in (".png", *_TIFF):
+        raise ValueError(f"--output {request.output}: give a name that ends in .png, or in .tif for a large image")
     output.check_free([request.output], request.force, keep=(Path(request.scene),))
     session.prepare()
     scene, camera, from_file = _scene_and_camera(request)
     with progress("rendering"):
         chosen = _choose(scene, camera, request.how)
-        splatted = chosen.splatted
-        image = splatted.image if splatted else np.asarray(nj.render(chosen.scene, camera, chosen.method))
-        fraction, white, noise = _develop(image, camera, request.seed, from_file, splatted)
-    output.write(request.output, png.encode(fraction, request.bits), request.force)
+        parts = _parts(chosen, camera)
+        developed, white, noise = _develop(parts, camera, request.seed, from_file, chosen.splatted)
+        if kind in _TIFF:
+            tiff.write(request.output, camera.shape, developed, request.bits)
+        else:
+            rows = [part for _, part in developed]
+            image = rows[0] if len(rows) == 1 else np.concatenate(rows)
+            output.write(request.output, png.encode(image, request.bits), request.force)
     _say(request, camera, chosen, white, noise)
     if request.explain:
         tolerance = _TOLERANCE if request.how.tolerance is None else request.how.tolerance
@@ -152,25 +159,44 @@ def _asked_for(scene: nj.Scene, camera: nj.Camera, name: str, how: How) -> Chose
     return Chosen(scene, nj.Traced(), rounding, 2 * np.pi * rounding, asked)
 
 
-def _develop(image, camera: nj.Camera, seed: int | None, from_file: bool, splatted: Splatted | None):
-    """The image over white, white as a fraction of the incident irradiance, and a line on the noise."""
-    peak = float(image.max())
+def _parts(chosen: Chosen, camera: nj.Camera) -> Iterable[tuple[int, np.ndarray]]:
+    """The image in blocks of rows: computed anew each time they are gone through, where there is more than one."""
+    if chosen.splatted:
+        return [(0, np.asarray(chosen.splatted.image))]
+    made = nj.blocks(chosen.scene, camera, chosen.method)
+    return list(made) if made.rows == camera.shape[0] else made
+
+
+def _develop(
+    parts: Iterable[tuple[int, np.ndarray]],
+    camera: nj.Camera,
+    seed: int | None,
+    from_file: bool,
+    splatted: Splatted | None,
+) -> tuple[Iterator[tuple[int, np.ndarray]], float, str]:
+    """The blocks over white, white as a fraction of the incident irradiance, and a line on the noise."""
+    peak = max(float(part.max()) for _, part in parts)
     if not peak > 0 and splatted and splatted.unpaired.any():
         raise ValueError(f"the image is dark everywhere: {why_unpaired(splatted)}")
     if not peak > 0:
         raise ValueError("the image is dark everywhere: no beam reaches it; change the scene or the camera")
     if seed is None:
-        return image / peak, peak, "none (add --expose for a photograph)"
+        return ((first, part / peak) for first, part in parts), peak, "none (add --expose for a photograph)"
     if not from_file:
         camera = replace(camera, exposure=_FILL * float(camera.full_well) / peak)
     camera = replace(camera, bits=16)
-    fraction = np.asarray(camera.expose(image, jax.random.key(seed))) / 65535
+    key = jax.random.key(seed)
+
+    def exposed(first: int, part: np.ndarray) -> np.ndarray:
+        window = replace(camera, shape=part.shape)
+        return np.asarray(window.expose(part, jax.random.fold_in(key, first) if first else key)) / 65535
+
     white = float(camera.full_well) / float(camera.exposure)
     noise = (
         f"shot noise at {float(camera.exposure):.4g} photoelectrons per incident irradiance, "
         f"read noise of {float(camera.read_noise):g}, seed {seed}"
     )
-    return fraction, white, noise
+    return ((first, exposed(first, part)) for first, part in parts), white, noise
 
 
 def _say(request: Request, camera: nj.Camera, chosen: Chosen, white: float, noise: str) -> None:

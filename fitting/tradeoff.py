@@ -15,7 +15,7 @@ from newtonjax import chebyshev
 from newtonjax.fields import fields_at, intensity, polar
 from newtonjax.gap import closed_fields, gap_of, has_tilted_sphere, why_not_closed
 from newtonjax.precision import x64
-from newtonjax.synthesis import combine, synthesize
+from newtonjax.synthesis import synthesize, synthesize_on
 
 # Tolerances that are planned for, and the fixed grid that a user's own transformation gets.
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
@@ -248,8 +248,4 @@ def _coefficients(scene, camera, nodes: int):
 
 
 _synthesize = jax.jit(synthesize, static_argnums=1)
-
-
-@jax.jit
-def _at_pixels(fields, along_y, along_x):
-    return combine(list(jnp.einsum("fkl,ky,lx->fyx", fields, along_y, along_x, precision="highest")))
+_at_pixels = jax.jit(synthesize_on)

@@ -6,6 +6,7 @@ from importlib.metadata import version
 # Exported lazily: the shell answers --help without importing JAX.
 _HOME = {
     "Beam": "beams",
+    "Blocks": "row_blocks",
     "Camera": "camera",
     "Chebyshev": "methods",
     "ClosedForm": "methods",
@@ -18,6 +19,7 @@ _HOME = {
     "Surface": "surfaces",
     "Traced": "methods",
     "air_wedge": "benches",
+    "blocks": "row_blocks",
     "choose_beams": "scene",
     "cos_turns": "turns",
     "Explanation": "explaining",
@@ -35,6 +37,7 @@ _HOME = {
     "save_scene": "files",
     "sin_turns": "turns",
     "splat": "splatting",
+    "sweep": "sweeping",
     "spread": "splatting",
 }
 

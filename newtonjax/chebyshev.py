@@ -26,12 +26,13 @@ def values(count: int, at: int) -> np.ndarray:
     return chebvander(nodes(at), count - 1)
 
 
-def basis(pixels: int, count: int) -> np.ndarray:
-    """T_0 … T_{count-1} [count, pixels] at pixel centres, the first and the last at -1 and 1.
+def basis(pixels: int, count: int, first: int = 0, rows: int | None = None) -> np.ndarray:
+    """T_0 … T_{count-1} [count, pixels] at pixel centres, the first and the last at -1 and 1; or at `rows` of them.
 
     A NumPy array, which becomes a constant: computed in the kernel it would be fused into every pixel.
     """
-    return chebvander((2 * np.arange(pixels) - (pixels - 1)) / max(pixels - 1, 1), count - 1).T.copy()
+    pixel = first + np.arange(pixels if rows is None else rows)
+    return chebvander((2 * pixel - (pixels - 1)) / max(pixels - 1, 1), count - 1).T.copy()
 
 
 def node_points(camera: Camera, count: int) -> Float[Array, "n 2"]:
@@ -63,13 +64,22 @@ def shells(coefficients: Float[Array, "... count count"]) -> Float[Array, "... c
 
 
 def expand(coefficients: Float[Array, "fields count count"], shape: tuple[int, int]) -> list[Float[Array, "..."]]:
-    """The fields at every pixel, written as sums over x-degrees that fuse into whatever uses them.
+    """The fields at every pixel, as `expand_on`."""
+    count = coefficients.shape[-1]
+    return expand_on(coefficients, *(jnp.asarray(basis(n, count), dtype=coefficients.dtype) for n in shape))
+
+
+def expand_on(
+    coefficients: Float[Array, "fields count count"],
+    along_y: Float[Array, "count rows"],
+    along_x: Float[Array, "count columns"],
+) -> list[Float[Array, "rows columns"]]:
+    """The fields at rows and columns of pixels, written as sums over x-degrees that fuse into whatever uses them.
 
     Interpolating in y first leaves one short polynomial in x per row. Summed term by term it is never stored, which a
     matrix product would be: at 1024 x 1024 that is three times faster.
     """
     count = coefficients.shape[-1]
-    along_y, along_x = (jnp.asarray(basis(n, count), dtype=coefficients.dtype) for n in shape)
     rows = jnp.einsum("fkl,kh->flh", coefficients, along_y, precision="highest")
 
     def at_pixels(row):

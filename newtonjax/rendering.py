@@ -64,18 +64,29 @@ def _run(kernel, scene, camera, method, tolerance):
         scene, method = chosen.scene, chosen.method
     else:
         method.check(scene)
-    if isinstance(method, Chebyshev) and method.dtype is None and not jax.config.read("jax_enable_x64"):
-        method = replace(method, dtype="float32")
+    method = pixels_as_set(method)
     with x64():
         # Splatting refines its source by what it sees, and so cannot be compiled as a whole.
         image, reached = (kernel.__wrapped__ if isinstance(method, Splat) else kernel)(scene, camera, method)
     if not reached:
-        raise ValueError(
-            f"{type(method).__name__} cannot honour a beam that does not reach the whole image (it misses a surface, "
-            "is totally reflected, or ends at a focus); use Traced()"
-        )
+        raise unreached(method)
     # An array of a type that the user's setting does not have would warn at every further step.
     return image if jax.config.read("jax_enable_x64") or image.dtype == jnp.float32 else _as_float32(image)
+
+
+def pixels_as_set(method: AbstractMethod) -> AbstractMethod:
+    """The method with its pixels in the type of JAX's setting, where it leaves that open."""
+    if not isinstance(method, Chebyshev) or method.dtype is not None:
+        return method
+    return replace(method, dtype="float64" if jax.config.read("jax_enable_x64") else "float32")
+
+
+def unreached(method: AbstractMethod) -> ValueError:
+    """What to raise where a beam does not arrive."""
+    return ValueError(
+        f"{type(method).__name__} cannot honour a beam that does not reach the whole image (it misses a surface, "
+        "is totally reflected, or ends at a focus); use Traced()"
+    )
 
 
 def _as_float32(image):

@@ -26,11 +26,21 @@ def synthesize(
     coefficients: Float[Array, "fields count count"], shape: tuple[int, int]
 ) -> Float[Array, "rows columns"]:
     """The image of fields (background, moduli, phases [turns]) given by their Chebyshev coefficients."""
+    count = coefficients.shape[-1]
+    return synthesize_on(coefficients, *(jnp.asarray(chebyshev.basis(n, count), coefficients.dtype) for n in shape))
+
+
+def synthesize_on(
+    coefficients: Float[Array, "fields count count"],
+    along_y: Float[Array, "count rows"],
+    along_x: Float[Array, "count columns"],
+) -> Float[Array, "rows columns"]:
+    """`synthesize` at rows and columns of pixels, by JAX's own derivatives."""
     # A branch keeps the compiler from fusing the image into a sum over it, which would not be vectorized.
     return jax.lax.cond(
         jnp.isfinite(coefficients[0, 0, 0]),
-        lambda: combine(chebyshev.expand(coefficients, shape)),
-        lambda: jnp.full(shape, jnp.nan, coefficients.dtype),
+        lambda: combine(chebyshev.expand_on(coefficients, along_y, along_x)),
+        lambda: jnp.full((along_y.shape[1], along_x.shape[1]), jnp.nan, coefficients.dtype),
     )
 
 

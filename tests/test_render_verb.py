@@ -35,6 +35,19 @@ def test_a_rendered_file_reads_back_as_linear_light(capsys, tmp_path, bits, step
     assert "turns" in said
 
 
+def test_a_tiff_is_written_block_by_block_with_the_same_values(capsys, tmp_path, monkeypatch):
+    options = ["--radius", "2m", "--shape", "48x64", "--nodes", "5", "--expose"]
+    monkeypatch.setattr("newtonjax.row_blocks._PIXELS", 64 * 10)  # five blocks, the last of eight rows
+    assert main(["render", "transmitted", *options, "--output", str(tmp_path / "rings.tif")]) == 0
+    assert main(["render", "transmitted", *options, "--output", str(tmp_path / "rings.png")]) == 0
+    blocks, whole = (imageio.imread(tmp_path / f"rings.{kind}") for kind in ("tif", "png"))
+    assert blocks.dtype == np.uint16
+    assert np.array_equal(blocks, whole)
+    assert not np.array_equal(blocks[:10], blocks[10:20])
+    assert not list(tmp_path.glob(".*"))
+    assert "is there already" in refusal(capsys, "render", "transmitted", *options, "--output", tmp_path / "rings.tif")
+
+
 def test_an_exposure_is_a_photograph_that_a_seed_repeats(capsys, tmp_path):
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
         options = f"--expose --seed {seed} --shape 48x64 --nodes 5 --output {tmp_path / name}.png"

@@ -1,0 +1,123 @@
+"""Many scenes in one call and bounded memory: `sweep`."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array
+
+from newtonjax.camera import Camera
+from newtonjax.methods import AbstractMethod, Chebyshev, ClosedForm, Traced
+from newtonjax.planning import plan
+from newtonjax.precision import afresh, require_concrete, x64
+from newtonjax.rendering import pixels_as_set, unreached
+from newtonjax.scene import Scene
+from newtonjax.splatting import Splat
+
+# Pixels that are computed side by side where no batch is asked for, and scenes that are planned for.
+_PIXELS, _PLANNED = 2**22, 32
+
+
+def sweep(
+    bench: Callable[..., Scene],
+    values: Mapping[str, Any],
+    camera: Camera,
+    method: AbstractMethod | None = None,
+    *,
+    reduce: Callable[[Array], Any] | None = None,
+    tolerance: float = 1e-3,
+    batch: int | None = None,
+) -> Any:
+    """Images of many scenes, or what is made of them, compiled once.
+
+        contrast = nj.sweep(nj.newton_rings, {"radius": radii, "gap": 1e-6}, camera, reduce=jax.numpy.std)
+
+    Args:
+      bench: makes a scene of numbers given by name.
+      values: by name, arrays of one length n, or single numbers for all; in the bench's units.
+      camera: of all images.
+      method: of all images; None for the one that keeps the tolerance in up to 32 of the scenes, spread evenly.
+      reduce: from an image to what is kept of it (arrays, or a tree of them); None keeps the image.
+      batch: scenes computed side by side; by default as many as have 4 million pixels. What memory holds besides are
+        these and the answer.
+
+    Returns arrays whose first axis has length n. In float64, or float32 where JAX is set to it.
+    Raises ValueError for lengths that differ, for what a bench or a method refuses, naming the scene, and for `Splat`.
+
+    """
+    require_concrete("sweep", values, camera)
+    if isinstance(method, Splat):
+        raise ValueError("Splat cannot be compiled for many scenes; give sweep another method")
+    if batch is not None and batch < 1:
+        raise ValueError(f"batch is {batch}; allowed: 1 or more")
+    table = {name: np.asarray(value, dtype=float) for name, value in values.items()}
+    lengths = {name: len(value) for name, value in table.items() if value.ndim}
+    if len(set(lengths.values())) != 1 or any(value.ndim > 1 for value in table.values()):
+        raise ValueError(f"values have lengths {lengths or 'of single numbers'}; allowed: arrays of one length")
+    count = next(iter(lengths.values()))
+    if not count:
+        raise ValueError("values are empty; allowed: one scene or more")
+    rows = {name: np.broadcast_to(value, count) for name, value in table.items()}
+    (camera,) = afresh(camera)
+    method = _for_all(bench, rows, camera, tolerance) if method is None else method
+    for number in _spread(count):
+        method.check(bench(**_row(rows, number)))
+    method = pixels_as_set(method)
+    if batch is None:
+        batch = max(_PIXELS // (camera.shape[0] * camera.shape[1]), 1)
+    with x64():
+        given = {name: jnp.asarray(value) for name, value in rows.items()}
+        found, reached = _images(given, camera, bench, method, reduce, min(batch, count))
+    if not np.all(reached):
+        number = int(np.argmin(np.asarray(reached)))
+        raise ValueError(f"scene {number} ({_text(_row(rows, number))}): {unreached(method)}")
+    return found if jax.config.read("jax_enable_x64") else jax.tree.map(_rounded, found)
+
+
+def _row(rows: dict[str, np.ndarray], number: int) -> dict[str, float]:
+    return {name: float(value[number]) for name, value in rows.items()}
+
+
+def _text(row: dict[str, float]) -> str:
+    return ", ".join(f"{name} = {value:g}" for name, value in row.items())
+
+
+def _spread(count: int) -> list[int]:
+    return np.unique(np.linspace(0, count - 1, min(count, _PLANNED)).round().astype(int)).tolist()
+
+
+def _for_all(bench, rows, camera: Camera, tolerance: float) -> AbstractMethod:
+    """The cheapest method that every scene's plan allows: the closed form only if all have it, else the most nodes."""
+    found = []
+    for number in _spread(len(next(iter(rows.values())))):
+        row = _row(rows, number)
+        try:
+            found.append(plan(bench(**row), camera, tolerance).method)
+        except ValueError as error:
+            raise ValueError(f"scene {number} ({_text(row)}): {error}") from None
+    if any(isinstance(method, Traced) for method in found):
+        return Traced()
+    nodes = [method.nodes for method in found if isinstance(method, Chebyshev)]
+    if not nodes:
+        return ClosedForm()
+    # How many nodes a scene takes that the closed form would do for is not known: then not fewer than the default.
+    return Chebyshev(max(nodes) if len(nodes) == len(found) else max(*nodes, Chebyshev().nodes))
+
+
+@partial(jax.jit, static_argnames=("bench", "method", "reduce", "batch"))
+def _images(rows, camera, bench, method, reduce, batch):
+    def one(row):
+        scene = bench(**row)
+        made, reached = method.image_and_reach(scene, camera) if isinstance(method, Chebyshev) else (
+            method.image(scene, camera), True)  # fmt: skip
+        return (made if reduce is None else reduce(made)), jnp.asarray(reached)
+
+    return jax.lax.map(one, rows, batch_size=batch)
+
+
+def _rounded(value):
+    with x64():
+        return value.astype(jnp.float32) if value.dtype == jnp.float64 else value
