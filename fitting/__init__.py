@@ -5,9 +5,11 @@ from importlib import import_module
 _HOME = {
     "Chain": "chain",
     "FitResult": "result",
+    "Information": "fisher",
     "Parameter": "result",
     "RingsResult": "rings_result",
     "fit": "measure",
+    "information": "fisher",
     "read": "photo",
     "result_figure": "plot",
     "rings": "orders",

@@ -13,6 +13,7 @@ from fitting import output, png, session, tiff
 from fitting.lamps import Wavelength
 from fitting.progress import progress
 from newtonjax.methods import AbstractMethod
+from newtonjax.planning import folds
 from newtonjax.splatting import Splatted, why_unpaired
 
 _ANY = ("gap", "wavelength", "screen", "beams", "polarization", "shield", "collecting_lens")
@@ -155,6 +156,8 @@ def _asked_for(scene: nj.Scene, camera: nj.Camera, name: str, how: How) -> Chose
         if not isinstance(plan.method, nj.ClosedForm):
             raise ValueError(f"--method closed-form: {plan.reason}, which the closed form does not know; use traced")
         return Chosen(scene, nj.ClosedForm(), plan.phase_error, plan.intensity_error, asked)
+    if folds(scene, camera):
+        return Chosen(scene, nj.Traced(), np.inf, np.inf, f"{asked}; of several rays of a beam one is followed")
     rounding = float(np.max(jax.jit(nj.Chebyshev(5).fields)(scene, camera).rounding))
     return Chosen(scene, nj.Traced(), rounding, 2 * np.pi * rounding, asked)
 

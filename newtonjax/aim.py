@@ -44,9 +44,25 @@ def _solve(matrix: Float[Array, "2 2"], right: Float[Array, "2"]) -> Float[Array
     return jnp.stack([d * right[0] - b * right[1], a * right[1] - c * right[0]]) / safe
 
 
+def _is_small(change: Float[Array, "2"], point: Float[Array, "2"]) -> Bool[Array, ""]:
+    return jnp.abs(change).max() <= _RELATIVE * jnp.abs(point).max() + _ABSOLUTE
+
+
+class Aimed(NamedTuple):
+    """Launch coordinates [m] of a ray; whether it lands where it should; or whether light gets there that was missed.
+
+    `lost` says that the search ended with a ray that reaches the screen elsewhere: the target lies beyond a caustic,
+    where no ray lands, or several.
+    """
+
+    start: Float[Array, "2"]
+    found: Bool[Array, ""] | np.ndarray  # of a tangent: float0
+    lost: Bool[Array, ""] | np.ndarray
+
+
 @jax.custom_jvp
-def aim(route: Route, setting: Setting, target: Float[Array, "2"]) -> tuple[Float[Array, "2"], Bool[Array, ""]]:
-    """Launch coordinates [m] of the ray that lands on the target [m], by Newton's method, and whether it was found.
+def aim(route: Route, setting: Setting, target: Float[Array, "2"]) -> Aimed:
+    """The ray that lands on the target [m], by Newton's method.
 
     Where none is found the axis stands in, so that what is computed from it stays finite. Derivatives follow from the
     implicit function theorem: forward to any order, reverse once (a Hessian is `jacfwd` of `grad`).
@@ -60,7 +76,8 @@ def aim(route: Route, setting: Setting, target: Float[Array, "2"]) -> tuple[Floa
         start, _, _, count = state
         (point, alive), (slope, _) = _differential(landed, start)
         move = _solve(slope, target - point)
-        small = jnp.abs(move).max() <= _RELATIVE * jnp.abs(start).max() + _ABSOLUTE
+        # At grazing incidence a small step is a long way on the screen: both are to be small.
+        small = _is_small(move, start) & _is_small(target - point, target)
         return start + move, small, alive, count + 1
 
     def wants_more(state):
@@ -69,22 +86,23 @@ def aim(route: Route, setting: Setting, target: Float[Array, "2"]) -> tuple[Floa
     no = jnp.zeros((), bool)
     start, small, alive, _ = jax.lax.while_loop(wants_more, step, (jnp.zeros_like(target), no, no, 0))
     found = small & alive & jnp.isfinite(start).all()
-    return jnp.where(found, start, 0.0), found
+    return Aimed(jnp.where(found, start, 0.0), found, alive & ~found)
 
 
 @aim.defjvp
-def _aim_jvp(primals, tangents) -> tuple[tuple, tuple]:
+def _aim_jvp(primals, tangents) -> tuple[Aimed, Aimed]:
     route, setting, target = primals
-    start, found = aim(route, setting, target)
+    start, found, lost = aim(route, setting, target)
     _, slope = _differential(lambda s: trace(route, setting, s)[0].point, start)
     _, drift = jax.jvp(lambda r, s: trace(r, s, start)[0].point, (route, setting), tangents[:2])
     move = jnp.where(found, _solve(slope, tangents[2] - drift), 0.0)
-    return (start, found), (move, np.zeros(found.shape, jax.dtypes.float0))
+    still = np.zeros(found.shape, jax.dtypes.float0)
+    return Aimed(start, found, lost), Aimed(move, still, still)
 
 
 def arrive(route: Route, setting: Setting, target: Float[Array, "2"]) -> Arrival:
     """One beam at one point of the screen (the target, in metres)."""
-    start, found = aim(route, setting, target)
+    start, found, _ = aim(route, setting, target)
     (landing, legs), (d_landing, d_legs) = _differential(lambda s: trace(route, setting, s), start)
     spread = d_landing.point[0, 0] * d_landing.point[1, 1] - d_landing.point[0, 1] * d_landing.point[1, 0]
     miss = target - landing.point

@@ -33,6 +33,9 @@ class Light(eqx.Module):
     def __check_init__(self):
         require("wavelength", self.wavelength, "a positive length in metres", positive)
         require("light.tilt", self.tilt, "finite angles in radians", finite)
+        require(
+            "light.tilt", self.tilt, "angles whose light comes from above: both below π/2 = 1.5708 in size", _from_above
+        )
         if self.polarization is None:
             if self.ellipticity is not None or self.degree is not None:
                 raise ValueError(
@@ -46,6 +49,10 @@ class Light(eqx.Module):
             )
         if self.degree is not None:
             require("degree", self.degree, "0 (unpolarized) to 1, or None", lambda d: np.all((d >= 0) & (d <= 1)))
+
+
+def _from_above(tilt: np.ndarray) -> bool:
+    return bool(np.all(np.abs(tilt) < np.pi / 2))
 
 
 def launch_frame(light: Light) -> tuple[Direction, Direction, Direction]:

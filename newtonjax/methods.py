@@ -55,7 +55,8 @@ def _check_two_beams(scene: Scene) -> None:
 class Traced(AbstractMethod):
     """Rays aimed and traced at every pixel: the reference, and the way where fields are not smooth.
 
-    A beam adds nothing to a pixel where none of its rays lands. Works `chunk` pixels at a time, in constant memory.
+    A beam adds nothing to a pixel where none of its rays lands; where several do, at a caustic, one is followed, and
+    `plan` says so. Works `chunk` pixels at a time, in constant memory.
     """
 
     chunk: int = eqx.field(static=True, default=16384)

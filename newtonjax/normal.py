@@ -69,7 +69,17 @@ def _equations(bench, parameters, camera, data, weights, method) -> NormalEquati
         scene, seen_by = pair(values)
         return method.coefficients(method.fields(scene, seen_by))
 
-    shape = pair(parameters)[1].shape
+    return from_coefficients(of_nodes, parameters, pair(parameters)[1].shape, data, weights)
+
+
+def from_coefficients(
+    of_nodes: Callable[[Float[Array, " parameters"]], Float[Array, "fields count count"]],
+    parameters: Float[Array, " parameters"],
+    shape: tuple[int, int],
+    data: Float[Array | np.ndarray, "rows columns"] | None = None,
+    weights: Float[Array | np.ndarray, "rows columns"] | Callable[[Array], Array] | None = None,
+) -> NormalEquations:
+    """`normal_equations` of an image that is given by its Chebyshev coefficients (background, moduli, phases)."""
     at = of_nodes(parameters)
     changes = jnp.moveaxis(jax.jacfwd(of_nodes)(parameters), -1, 0)
     fields = chebyshev.expand(at, shape)
@@ -81,7 +91,7 @@ def _equations(bench, parameters, camera, data, weights, method) -> NormalEquati
         gradient, misfit = jnp.zeros(len(changes)), jnp.zeros(())
     else:
         left = image - jnp.asarray(data)
-        sums = jnp.stack([_moments(weight * left * factor, method.nodes) for factor in factors])
+        sums = jnp.stack([_moments(weight * left * factor, at.shape[-1]) for factor in factors])
         gradient, misfit = jnp.einsum("fkl,pfkl->p", sums, changes), 0.5 * jnp.vdot(weight * left, left)
     return NormalEquations(misfit, gradient, _matrix(weight, factors, changes))
 

@@ -141,7 +141,7 @@ def splat(scene: Scene, camera: Camera, method: Splat | None = None) -> Splatted
     bare = replace(scene, shield=None)  # where light would come from and meet, whatever a hole lets through
     with x64():
         points = _over_frame(camera, _FRAME)
-        starts, found = _aims(bare, points)
+        starts, found, _ = _aims(bare, points)
         low, high = _reach(bare, starts, found, camera)
         step = float(camera.pixel_size) if method.step is None else method.step
         lit, before = None, np.inf
@@ -203,7 +203,7 @@ def _reach(scene: Scene, starts, found, camera: Camera) -> tuple[np.ndarray, np.
     """Corners of the part of the launch plane from which any beam lights the frame."""
     margin = float(camera.pixel_size)
     if not np.all(found):  # a rim runs through the frame: look closer, and one mesh further than what was found
-        starts, found = _aims(scene, _over_frame(camera, _RIM))
+        starts, found, _ = _aims(scene, _over_frame(camera, _RIM))
         margin += 2 * max(camera.shape) * float(camera.pixel_size) / _RIM
     inside = np.asarray(starts)[np.asarray(found)]
     if not len(inside):

@@ -15,7 +15,10 @@ from newtonjax.surfaces import Direction, dot, frame, intersect
 
 
 class Route(NamedTuple):
-    """What one beam meets, per interaction. `beyond` is the index on the far side, also of a reflecting face."""
+    """What one beam meets, per interaction.
+
+    `beyond` is the index on the far side, also of a reflecting face; `down`: whether that side lies below it.
+    """
 
     curvature: Float[Array, " interactions"]
     vertex: Float[Array, "interactions 3"]
@@ -23,6 +26,7 @@ class Route(NamedTuple):
     before: Float[Array, " interactions"]
     beyond: Float[Array, " interactions"]
     action: Int[Array, " interactions"]
+    down: Bool[Array, " interactions"]
 
 
 class Setting(NamedTuple):
@@ -94,6 +98,7 @@ def gather(scene: Scene) -> tuple[Route, Setting]:
         media[table["before"]],
         media[table["beyond"]],
         jnp.asarray(table["action"]),
+        jnp.asarray(table["beyond"] > table["before"]),
     )
     origin, magnification = imaged_plane(scene)
     setting = Setting(
@@ -131,6 +136,8 @@ def _frame_at(origin, directions: tuple[Direction, Direction, Direction]) -> tup
 
 def _interact(ray: Ray, stop: Route) -> tuple[Ray, Leg]:
     distance, normal, meets = intersect(stop.curvature, stop.axis, ray.position - stop.vertex, ray.direction)
+    # A ray that has turned round would meet the face from its other side, and run backwards.
+    faces = (dot(normal, ray.direction) < 0) == stop.down
     normal = jnp.where(dot(normal, ray.direction) > 0, -normal, normal)
     is_reflected, rests = stop.action == REFLECT, stop.action == REST
     refracted, cos_i, _, passes = refract(stop.before, stop.beyond, ray.direction, normal)
@@ -140,7 +147,7 @@ def _interact(ray: Ray, stop: Route) -> tuple[Ray, Leg]:
         ray.position + length * ray.direction,
         jnp.where(rests, ray.direction, jnp.where(is_reflected, reflected, refracted)),
         ray.path + stop.before * length,
-        ray.alive & (rests | (meets & (passes | is_reflected))),
+        ray.alive & (rests | (meets & faces & (passes | is_reflected))),
     )
     return after, Leg(ray.position, ray.direction, length, normal)
 

@@ -1,0 +1,285 @@
+"""What an image can tell: Fisher's information of a scene's and a camera's numbers, and the bounds that follow.
+
+For independent pixels of variance σ² and mean μ(θ) it is F = Σ (∂μ/∂θ) (∂μ/∂θ)ᵀ / σ², and no unbiased estimate of a
+number scatters less than sqrt (F⁻¹)_kk (Cramér 1946, Rao 1945; Kay 1993, Fundamentals of Statistical Signal Processing,
+section 3.7). It is summed through the nodes of the image, not over its pixels.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from fitting.knobs import Knob, knobs
+from newtonjax.camera import Camera
+from newtonjax.methods import Chebyshev
+from newtonjax.normal import from_coefficients
+from newtonjax.planning import plan
+from newtonjax.precision import x64
+from newtonjax.scene import Scene
+
+FREE = ("radius", "gap", "centre_x", "centre_y", "exposure", "contrast")
+# A combination is called undetermined where it is known this much worse than its parts would be by themselves.
+_WEAK = 1e-8
+# What couples numbers that are undetermined together, parts of a combination that are named, and how near an exponent
+# is to a half of a whole number.
+_COUPLED, _PART, _NEAR = 1e-3, 0.05, 0.03
+
+
+@dataclass(frozen=True)
+class Information:
+    """Fisher's information of numbers `names`, and what follows from it. `str()` is a table.
+
+    - `units`, `values`, `scales`: by number; `matrix`: of the image alone, per unit squared.
+    - `priors`: standard deviations of what is known from elsewhere [units].
+    - `undetermined`: combinations that the image does not tell, in words.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: Float[np.ndarray, " n"]
+    scales: Float[np.ndarray, " n"]
+    matrix: Float[np.ndarray, "n n"]
+    priors: Mapping[str, float] = field(default_factory=dict)
+    positive: tuple[bool, ...] = ()
+
+    def at(self, name: str) -> int:
+        """Where a number stands. Raises ValueError for one that is not free."""
+        if name not in self.names:
+            raise ValueError(f"{name!r} is not free here; free are {', '.join(self.names)}")
+        return self.names.index(name)
+
+    def given(self, **priors: float) -> "Information":
+        """The same with standard deviations of some numbers from elsewhere [units]; 0 holds a number.
+
+        Raises ValueError for a number that is not free, and for negative deviations.
+        """
+        for name, sd in priors.items():
+            self.at(name)
+            if not sd >= 0:
+                raise ValueError(f"the standard deviation of {name} is {sd}; allowed: zero or more, in its unit")
+        return Information(**{**self.__dict__, "priors": {**self.priors, **priors}})
+
+    @property
+    def covariance(self) -> Float[np.ndarray, "n n"]:
+        """Bound on the covariance of unbiased estimates [units]; a variance is infinite where nothing determines it."""
+        scaled = self._scaled()
+        held = np.array([self.priors.get(name) == 0 for name in self.names])
+        found = np.zeros_like(scaled)
+        if held.all():
+            return found
+        size, axes = np.linalg.eigh(scaled[np.ix_(~held, ~held)])
+        known = size > _WEAK**2 * max(size.max(), 1e-300)
+        inverse = (axes[:, known] / size[known]) @ axes[:, known].T
+        lost = (axes[:, ~known] ** 2).sum(axis=1) > 1e-12
+        inverse[lost, lost] = np.inf
+        found[np.ix_(~held, ~held)] = inverse
+        step = self._steps()
+        return found * np.outer(step, step)
+
+    def sd(self, name: str) -> float:
+        """Bound on the standard deviation with all other numbers unknown, but for priors [unit]."""
+        k = self.at(name)
+        return float(np.sqrt(self.covariance[k, k]))
+
+    def conditional_sd(self, name: str) -> float:
+        """Bound on the standard deviation with all other numbers known [unit]."""
+        k = self.at(name)
+        prior = self.priors.get(name)
+        if prior == 0:
+            return 0.0
+        information = self.matrix[k, k] + (0.0 if prior is None else prior**-2)
+        return float(information**-0.5) if information > 0 else np.inf
+
+    def bought(self, name: str) -> dict[str, float]:
+        """The bound on a number [unit] if each of the others were known exactly."""
+        return {other: self.given(**{other: 0.0}).sd(name) for other in self.names if other != name}
+
+    @property
+    def undetermined(self) -> tuple[str, ...]:
+        """Combinations of numbers that the image, with the priors, does not tell."""
+        unit = 1 / np.sqrt(np.maximum(np.diag(self._scaled()), 1e-300))
+        held = np.array([self.priors.get(name) == 0 for name in self.names])
+        seen = np.diag(self._scaled()) > 0
+        words = [f"{self.names[k]}: the image does not change with it" for k in np.flatnonzero(~seen & ~held)]
+        seen &= ~held
+        if seen.sum() < 2:
+            return tuple(words)
+        normal = (self._scaled() * np.outer(unit, unit))[np.ix_(seen, seen)]
+        size, axes = np.linalg.eigh(normal)
+        weak = size < _WEAK
+        if not weak.any():
+            return tuple(words)
+        # Numbers that are undetermined together, as the projector on all such directions couples them.
+        projector = axes[:, weak] @ axes[:, weak].T
+        coupled = np.abs(projector) > _COUPLED
+        whole = np.where(self._ratio(), np.abs(self.values), self.scales)
+        relative = (unit * self._steps() / whole)[seen]
+        names = np.array(self.names)[seen]
+        for group in _groups(coupled):
+            size, axes = np.linalg.eigh(projector[np.ix_(group, group)])
+            directions = axes[:, size > 0.5] * relative[group][:, None]
+            words.append(_in_words(list(names[group]), self._ratio()[seen][group], directions))
+        return tuple(words)
+
+    def _ratio(self) -> np.ndarray:
+        return np.array(self.positive or (False,) * len(self.names))
+
+    def _steps(self) -> np.ndarray:
+        """Each number by itself, as the image tells it [units]; its scale where the image does not."""
+        size = np.diag(self.matrix)
+        return np.where(size > 0, 1 / np.sqrt(np.where(size > 0, size, 1.0)), self.scales)
+
+    def _scaled(self) -> np.ndarray:
+        step = self._steps()
+        prior = [self.priors.get(name, np.inf) for name in self.names]
+        more = [(s / p) ** 2 if p else 0.0 for s, p in zip(step, prior, strict=True)]
+        return self.matrix * np.outer(step, step) + np.diag(more)
+
+    def __str__(self) -> str:
+        rows = [f"{'':<14} {'value':>12} {'sd':>10} {'others known':>13} {'unit':<14}"]
+        for k, name in enumerate(self.names):
+            rows.append(
+                f"{name:<14} {self.values[k]:>12.6g} {self.sd(name):>10.3g} {self.conditional_sd(name):>13.3g} "
+                f"{self.units[k]:<14}".rstrip()
+            )
+        return "\n".join([*rows, *(f"undetermined: {text}" for text in self.undetermined)])
+
+
+def information(
+    scene: Scene,
+    camera: Camera,
+    free: Sequence[str] = FREE,
+    *,
+    priors: Mapping[str, float] | None = None,
+    noise: float | None = None,
+    method: Chebyshev | None = None,
+) -> Information:
+    """Fisher's information of an image in numbers of its scene and camera.
+
+    Args:
+      scene, camera: where; one gap with two faces.
+      free: which numbers are not known: those of `knobs`; "stray", light that adds to the image [incident irradiance];
+        "contrast" of the fringes over the scene's own.
+      priors: standard deviations of some of them from elsewhere, in their units.
+      noise: of every pixel, as a standard deviation in incident irradiance; None for the camera's own: shot noise at
+        its exposure, read noise, and the rounding of its code, full_well / (2^bits - 1) / sqrt 12. Saturated pixels
+        tell nothing.
+      method: the nodes; None for as many as keep 1e-8 of the intensity, and 17 at least.
+
+    Raises ValueError for numbers that the scene does not have or that come twice, and where beams miss a node.
+
+    """
+    known = knobs(scene, camera) | _OF_IMAGE
+    names = tuple(free)
+    if not set(names) <= set(known) or len(set(names)) < len(names) or not names:
+        allowed = ", ".join(known)
+        raise ValueError(f"free is {', '.join(names) or 'empty'}; allowed: each at most once of {allowed}")
+    method = _nodes(scene, camera) if method is None else method
+    numbers = [known[name] for name in names]
+    with x64():
+        made, reached = _matrix(scene, camera, numbers, noise, method)
+    if not reached:
+        raise ValueError("a beam does not reach the whole image; information takes smooth fields: take a smaller field")
+    scales = np.array([number.scale for number in numbers])
+    found = Information(
+        names,
+        tuple(number.unit for number in numbers),
+        np.array([number.value for number in numbers]),
+        scales,
+        np.asarray(made) / np.outer(scales, scales),
+        {},
+        tuple(number.positive for number in numbers),
+    )
+    return found.given(**(priors or {}))
+
+
+def _still(scene, camera, by):  # noqa: ARG001 (these numbers are of the image, not of scene or camera)
+    return scene, camera
+
+
+_OF_IMAGE = {"stray": Knob("stray", 0.0, "", 1.0, _still), "contrast": Knob("contrast", 1.0, "", 1.0, _still, True)}
+
+
+def _nodes(scene: Scene, camera: Camera) -> Chebyshev:
+    planned = plan(scene, camera, 1e-8).method
+    return Chebyshev(max(17, getattr(planned, "nodes", 17)))
+
+
+def _matrix(scene: Scene, camera: Camera, numbers: list[Knob], noise: float | None, method: Chebyshev):
+    """Of steps in the numbers' scales; and whether all beams reach the nodes."""
+
+    def weights(image: Array) -> Array:
+        if noise is not None:
+            return jnp.full_like(image, 1.0) / (noise * camera.exposure) ** 2
+        code = camera.full_well / (2**camera.bits - 1)
+        variance = jnp.clip(image, 0.0) + camera.read_noise**2 + code**2 / 12
+        return jnp.where(image < camera.full_well, 1 / variance, 0.0)
+
+    def of_nodes(steps):
+        """Coefficients of the image in photoelectrons."""
+        by = {number.name: step * number.scale for number, step in zip(numbers, steps, strict=True)}
+        at_scene, at_camera = scene, camera
+        for number in numbers:
+            at_scene, at_camera = number.move(at_scene, at_camera, by[number.name])
+        table = method.coefficients(method.fields(at_scene, at_camera))
+        pairs = (len(table) - 1) // 2
+        table = table.at[1 : 1 + pairs].multiply(1 + by.get("contrast", 0.0))
+        table = table.at[0, 0, 0].add(by.get("stray", 0.0))
+        return table.at[: 1 + pairs].multiply(at_camera.exposure)
+
+    @jax.jit
+    def run(steps):
+        made = from_coefficients(of_nodes, steps, camera.shape, None, weights)
+        return made.matrix, method.fields(scene, camera).arrives.all()
+
+    return run(jnp.zeros(len(numbers)))
+
+
+def _groups(coupled: np.ndarray) -> list[np.ndarray]:
+    """Indices that are coupled with each other, by group; those coupled with nothing, themselves too, are left out."""
+    left, groups = set(np.flatnonzero(coupled.any(axis=1)).tolist()), []
+    while left:
+        group, more = set(), {min(left)}
+        while more:
+            group |= more
+            more = set(np.flatnonzero(coupled[sorted(group)].any(axis=0)).tolist()) - group
+        left -= group
+        groups.append(np.array(sorted(group)))
+    return groups
+
+
+def _in_words(names: list[str], ratio: np.ndarray, directions: Float[np.ndarray, "n weak"]) -> str:
+    """What is measured of numbers that are undetermined in some directions, where it is one product; else those."""
+    together = " and ".join(text for text in (", ".join(names[:-1]), names[-1]) if text)
+    if len(names) - directions.shape[1] == 1 and ratio.all():
+        return f"{together}: only {_product(names, np.linalg.svd(directions.T)[2][-1])} is measured"
+    columns = [column / np.abs(column).max() for column in directions.T]
+    unseen = " or ".join(
+        ", ".join(
+            f"{value:+.3g}{' %' if ratio[k] else ' hundredths'} of {names[k]}"
+            for k, value in enumerate(column)
+            if abs(value) > _PART
+        )
+        for column in columns
+    )
+    return f"{together}: the image does not change with {unseen}"
+
+
+def _product(names: list[str], exponents: np.ndarray) -> str:
+    exponents = exponents / np.abs(exponents).min() if np.abs(exponents).min() > 0 else exponents
+    exponents = exponents * np.sign(exponents[np.argmax(np.abs(exponents))])
+    nearest = np.round(2 * exponents) / 2
+    exponents = np.where(np.abs(exponents - nearest) < _NEAR, nearest, exponents)
+    power = dict(zip(names, exponents, strict=True))
+
+    def written(sign: int) -> str:
+        return " ".join(n if abs(v) == 1 else f"{n}^{abs(v):.3g}" for n, v in power.items() if v * sign > 0)
+
+    above, below = written(1), written(-1)
+    if not below:
+        return above
+    return f"{above} / ({below})" if " " in below else f"{above} / {below}"

@@ -1,0 +1,124 @@
+"""The numbers of a scene and its camera by name, and how each of them is moved."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.models import curved_surface, raise_lens
+from fitting.scene_start import gap_height
+from newtonjax.camera import Camera, middle
+from newtonjax.gap import required_gap
+from newtonjax.scene import Scene
+
+Bench = tuple[Scene, Camera]
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A number of a scene or its camera.
+
+    - `value`: as it stands [`unit`]; `scale`: a step that matters [`unit`], its size where it has one.
+    - `move`: (scene, camera), and by how much [`unit`], to (scene, camera); differentiable.
+    - `positive`: whether only its ratios mean something.
+    """
+
+    name: str
+    value: float
+    unit: str
+    scale: float
+    move: Callable[[Scene, Camera, Any], Bench]
+    positive: bool = False
+
+
+def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
+    """What can be moved by name: what every bench of a gap has, and the radius where one face of it is curved."""
+    upper = required_gap(scene)
+    centre = middle(camera.shape) if camera.centre_px is None else tuple(map(float, camera.centre_px))
+    found = [
+        Knob("wavelength", float(scene.wavelength), "m", float(scene.wavelength), _wavelength, True),
+        Knob("gap", gap_height(scene), "m", float(scene.wavelength), lambda s, c, d: (raise_lens(s, d), c)),
+        Knob("pixel_size", float(camera.pixel_size), "m", float(camera.pixel_size), _pixel_size, True),
+        Knob("centre_x", centre[0], "px", 1.0, _centre(0)),
+        Knob("centre_y", centre[1], "px", 1.0, _centre(1)),
+        _index("index", scene, upper),
+        _index("gap_index", scene, upper + 1),
+        _index("plate_index", scene, upper + 2),
+        Knob("screen", float(scene.screen.vertex[2]), "m", 1e-3, _screen),
+        Knob("exposure", float(camera.exposure), "photoelectrons", float(camera.exposure), _exposure, True),
+    ]
+    lower = upper + 1
+    for axis, name in enumerate("xy"):
+        found += [
+            Knob(f"light_tilt_{name}", float(scene.light.tilt[axis]), "rad", 1e-3, _light(axis)),
+            Knob(f"plate_tilt_{name}", float(scene.surfaces[lower].tilt[axis]), "rad", 1e-3, _tilt(lower, axis)),
+        ]
+    try:
+        face = curved_surface(scene)
+    except ValueError:
+        return {knob.name: knob for knob in found}
+    radius = 1 / float(scene.surfaces[face].curvature)
+    found.insert(0, Knob("radius", radius, "m", abs(radius), _radius(face), True))
+    return {knob.name: knob for knob in found}
+
+
+def _radius(face: int):
+    def move(scene, camera, by):
+        radius = 1 / scene.surfaces[face].curvature
+        return eqx.tree_at(lambda s: s.surfaces[face].curvature, scene, 1 / (radius + by)), camera
+
+    return move
+
+
+def _wavelength(scene, camera, by):
+    return eqx.tree_at(lambda s: s.light.wavelength, scene, scene.wavelength + by), camera
+
+
+def _pixel_size(scene, camera, by):
+    return scene, eqx.tree_at(lambda c: c.pixel_size, camera, camera.pixel_size + by)
+
+
+def _centre(axis: int):
+    def move(scene, camera, by):
+        at = middle(camera.shape) if camera.centre_px is None else camera.centre_px
+        shift = jnp.zeros(2).at[axis].set(1.0) * by
+        centre = jnp.asarray(np.asarray(at, float) if isinstance(at, tuple) else at) + shift
+        return scene, eqx.tree_at(lambda c: c.centre_px, camera, centre, is_leaf=lambda leaf: leaf is None)
+
+    return move
+
+
+def _index(name: str, scene: Scene, at: int) -> Knob:
+    def move(scene, camera, by):
+        return eqx.tree_at(lambda s: s.media, scene, jnp.asarray(scene.media).at[at].add(by)), camera
+
+    value = float(scene.media[at])
+    return Knob(name, value, "", value, move, True)
+
+
+def _screen(scene, camera, by):
+    up = jnp.array([0.0, 0.0, 1.0]) * by
+    return eqx.tree_at(lambda s: s.screen.vertex, scene, jnp.asarray(scene.screen.vertex) + up), camera
+
+
+def _exposure(scene, camera, by):
+    return scene, eqx.tree_at(lambda c: c.exposure, camera, camera.exposure + by)
+
+
+def _light(axis: int):
+    def move(scene, camera, by):
+        tilt = jnp.asarray(scene.light.tilt).at[axis].add(by)
+        return eqx.tree_at(lambda s: s.light.tilt, scene, tilt), camera
+
+    return move
+
+
+def _tilt(face: int, axis: int):
+    def move(scene, camera, by):
+        tilt = jnp.asarray(scene.surfaces[face].tilt).at[axis].add(by)
+        return eqx.tree_at(lambda s: s.surfaces[face].tilt, scene, tilt), camera
+
+    return move
