@@ -6,6 +6,7 @@ _HOME = {
     "Chain": "chain",
     "FitResult": "result",
     "Information": "fisher",
+    "Sensitivity": "sensitivities",
     "Parameter": "result",
     "RingsResult": "rings_result",
     "fit": "measure",
@@ -15,6 +16,7 @@ _HOME = {
     "rings": "orders",
     "rings_figure": "line_plot",
     "sample": "mcmc",
+    "sensitivity": "sensitivities",
     "scale": "reticle",
     "Scale": "scale_result",
 }

@@ -36,6 +36,7 @@ from fitting.options import (
     WaveSd,
     option,
 )
+from fitting.studies import sensitivity, tradeoff
 
 app = typer.Typer(
     name="newtonjax",
@@ -53,7 +54,7 @@ def main(arguments: list[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a λ must not cost the answer where the terminal has none
     if not arguments:
-        return _fail("no verb given; give render, fit, scale, rings or demo (newtonjax --help explains them)")
+        return _fail("no verb given; give render, fit, scale, rings or another one (newtonjax --help explains them)")
     try:
         return app(args=arguments, prog_name="newtonjax", standalone_mode=False) or 0
     except typer.TyperException as error:
@@ -268,23 +269,8 @@ def _named(text: str) -> tuple[str, str]:
     return name, own
 
 
-@app.command()
-def tradeoff(
-    scene: Annotated[Path, typer.Argument(metavar="SCENE.toml", help="The bench, with its [camera].")],
-    shape: Shape = None,
-    pixel_size: ScreenPixel = None,
-    splat: Annotated[bool, typer.Option("--splat", help="The algorithm of 2021 too, which takes long.")] = False,
-    output_dir: OutputDir = None,
-    force: Force = False,
-) -> int:
-    """Time every method for a scene, beside its errors and the bias of the radius.
-
-    Of a fit with that method as its model, in parts per million. Rays at every pixel
-    are the reference. With --output-dir a picture and the table as CSV and JSON.
-    """
-    from fitting import tradeoff_verb
-
-    return tradeoff_verb.run(scene, shape, pixel_size, output_dir, force, splat)
+app.command()(tradeoff)
+app.command()(sensitivity)
 
 
 @app.command()

@@ -7,26 +7,27 @@ section 3.7). It is summed through the nodes of the image, not over its pixels.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
-from fitting.knobs import Knob, knobs
+from fitting.electrons import Moves, photoelectrons, weights
+from fitting.knobs import knobs
+from fitting.undetermined import in_words
 from newtonjax.camera import Camera
 from newtonjax.methods import Chebyshev
 from newtonjax.normal import from_coefficients
 from newtonjax.planning import plan
 from newtonjax.precision import x64
+from newtonjax.quantities import Scalar
 from newtonjax.scene import Scene
 
 FREE = ("radius", "gap", "centre_x", "centre_y", "exposure", "contrast")
 # A combination is called undetermined where it is known this much worse than its parts would be by themselves.
 _WEAK = 1e-8
-# What couples numbers that are undetermined together, parts of a combination that are named, and how near an exponent
-# is to a half of a whole number.
-_COUPLED, _PART, _NEAR = 1e-3, 0.05, 0.03
 
 
 @dataclass(frozen=True)
@@ -113,17 +114,10 @@ class Information:
         weak = size < _WEAK
         if not weak.any():
             return tuple(words)
-        # Numbers that are undetermined together, as the projector on all such directions couples them.
-        projector = axes[:, weak] @ axes[:, weak].T
-        coupled = np.abs(projector) > _COUPLED
         whole = np.where(self._ratio(), np.abs(self.values), self.scales)
+        names = [name for name, there in zip(self.names, seen, strict=True) if there]
         relative = (unit * self._steps() / whole)[seen]
-        names = np.array(self.names)[seen]
-        for group in _groups(coupled):
-            size, axes = np.linalg.eigh(projector[np.ix_(group, group)])
-            directions = axes[:, size > 0.5] * relative[group][:, None]
-            words.append(_in_words(list(names[group]), self._ratio()[seen][group], directions))
-        return tuple(words)
+        return (*words, *in_words(names, self._ratio()[seen], relative, axes[:, weak]))
 
     def _ratio(self) -> np.ndarray:
         return np.array(self.positive or (False,) * len(self.names))
@@ -162,8 +156,7 @@ def information(
 
     Args:
       scene, camera: where; one gap with two faces.
-      free: which numbers are not known: those of `knobs`; "stray", light that adds to the image [incident irradiance];
-        "contrast" of the fringes over the scene's own.
+      free: which numbers are not known: those of `knobs.knobs`, "stray" and "contrast" among them.
       priors: standard deviations of some of them from elsewhere, in their units.
       noise: of every pixel, as a standard deviation in incident irradiance; None for the camera's own: shot noise at
         its exposure, read noise, and the rounding of its code, full_well / (2^bits - 1) / sqrt 12. Saturated pixels
@@ -173,18 +166,19 @@ def information(
     Raises ValueError for numbers that the scene does not have or that come twice, and where beams miss a node.
 
     """
-    known = knobs(scene, camera) | _OF_IMAGE
+    known = knobs(scene, camera)
     names = tuple(free)
     if not set(names) <= set(known) or len(set(names)) < len(names) or not names:
         allowed = ", ".join(known)
         raise ValueError(f"free is {', '.join(names) or 'empty'}; allowed: each at most once of {allowed}")
-    method = _nodes(scene, camera) if method is None else method
-    numbers = [known[name] for name in names]
+    method = fine_nodes(scene, camera) if method is None else method
+    numbers = tuple(known[name] for name in names)
+    scales = np.array([number.scale for number in numbers])
     with x64():
-        made, reached = _matrix(scene, camera, numbers, noise, method)
+        moves = tuple((number.name, number.move) for number in numbers)
+        made, reached = _matrix(scene, camera, moves, jnp.asarray(scales), noise, method)
     if not reached:
         raise ValueError("a beam does not reach the whole image; information takes smooth fields: take a smaller field")
-    scales = np.array([number.scale for number in numbers])
     found = Information(
         names,
         tuple(number.unit for number in numbers),
@@ -197,89 +191,15 @@ def information(
     return found.given(**(priors or {}))
 
 
-def _still(scene, camera, by):  # noqa: ARG001 (these numbers are of the image, not of scene or camera)
-    return scene, camera
-
-
-_OF_IMAGE = {"stray": Knob("stray", 0.0, "", 1.0, _still), "contrast": Knob("contrast", 1.0, "", 1.0, _still, True)}
-
-
-def _nodes(scene: Scene, camera: Camera) -> Chebyshev:
+def fine_nodes(scene: Scene, camera: Camera) -> Chebyshev:
+    """As many nodes as keep 1e-8 of the intensity, and 17 at least."""
     planned = plan(scene, camera, 1e-8).method
     return Chebyshev(max(17, getattr(planned, "nodes", 17)))
 
 
-def _matrix(scene: Scene, camera: Camera, numbers: list[Knob], noise: float | None, method: Chebyshev):
+@partial(jax.jit, static_argnames=("moves", "method"))
+def _matrix(scene: Scene, camera: Camera, moves: Moves, scales, noise: Scalar | None, method: Chebyshev):
     """Of steps in the numbers' scales; and whether all beams reach the nodes."""
-
-    def weights(image: Array) -> Array:
-        if noise is not None:
-            return jnp.full_like(image, 1.0) / (noise * camera.exposure) ** 2
-        code = camera.full_well / (2**camera.bits - 1)
-        variance = jnp.clip(image, 0.0) + camera.read_noise**2 + code**2 / 12
-        return jnp.where(image < camera.full_well, 1 / variance, 0.0)
-
-    def of_nodes(steps):
-        """Coefficients of the image in photoelectrons."""
-        by = {number.name: step * number.scale for number, step in zip(numbers, steps, strict=True)}
-        at_scene, at_camera = scene, camera
-        for number in numbers:
-            at_scene, at_camera = number.move(at_scene, at_camera, by[number.name])
-        table = method.coefficients(method.fields(at_scene, at_camera))
-        pairs = (len(table) - 1) // 2
-        table = table.at[1 : 1 + pairs].multiply(1 + by.get("contrast", 0.0))
-        table = table.at[0, 0, 0].add(by.get("stray", 0.0))
-        return table.at[: 1 + pairs].multiply(at_camera.exposure)
-
-    @jax.jit
-    def run(steps):
-        made = from_coefficients(of_nodes, steps, camera.shape, None, weights)
-        return made.matrix, method.fields(scene, camera).arrives.all()
-
-    return run(jnp.zeros(len(numbers)))
-
-
-def _groups(coupled: np.ndarray) -> list[np.ndarray]:
-    """Indices that are coupled with each other, by group; those coupled with nothing, themselves too, are left out."""
-    left, groups = set(np.flatnonzero(coupled.any(axis=1)).tolist()), []
-    while left:
-        group, more = set(), {min(left)}
-        while more:
-            group |= more
-            more = set(np.flatnonzero(coupled[sorted(group)].any(axis=0)).tolist()) - group
-        left -= group
-        groups.append(np.array(sorted(group)))
-    return groups
-
-
-def _in_words(names: list[str], ratio: np.ndarray, directions: Float[np.ndarray, "n weak"]) -> str:
-    """What is measured of numbers that are undetermined in some directions, where it is one product; else those."""
-    together = " and ".join(text for text in (", ".join(names[:-1]), names[-1]) if text)
-    if len(names) - directions.shape[1] == 1 and ratio.all():
-        return f"{together}: only {_product(names, np.linalg.svd(directions.T)[2][-1])} is measured"
-    columns = [column / np.abs(column).max() for column in directions.T]
-    unseen = " or ".join(
-        ", ".join(
-            f"{value:+.3g}{' %' if ratio[k] else ' hundredths'} of {names[k]}"
-            for k, value in enumerate(column)
-            if abs(value) > _PART
-        )
-        for column in columns
-    )
-    return f"{together}: the image does not change with {unseen}"
-
-
-def _product(names: list[str], exponents: np.ndarray) -> str:
-    exponents = exponents / np.abs(exponents).min() if np.abs(exponents).min() > 0 else exponents
-    exponents = exponents * np.sign(exponents[np.argmax(np.abs(exponents))])
-    nearest = np.round(2 * exponents) / 2
-    exponents = np.where(np.abs(exponents - nearest) < _NEAR, nearest, exponents)
-    power = dict(zip(names, exponents, strict=True))
-
-    def written(sign: int) -> str:
-        return " ".join(n if abs(v) == 1 else f"{n}^{abs(v):.3g}" for n, v in power.items() if v * sign > 0)
-
-    above, below = written(1), written(-1)
-    if not below:
-        return above
-    return f"{above} / ({below})" if " " in below else f"{above} / {below}"
+    of_nodes, steps = photoelectrons(scene, camera, moves, scales, method), jnp.zeros(len(moves))
+    made = from_coefficients(of_nodes, steps, camera.shape, None, lambda image: weights(image, camera, noise))
+    return made.matrix, method.fields(scene, camera).arrives.all()

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import equinox as eqx
@@ -35,12 +36,16 @@ class Knob:
 
 
 def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
-    """What can be moved by name: what every bench of a gap has, and the radius where one face of it is curved."""
+    """What can be moved by name: what every bench of a gap has, and the radius where one face of it is curved.
+
+    "stray" is light that adds to the image [incident irradiance], "contrast" that of the fringes over the scene's own:
+    they belong to the image, and move neither scene nor camera.
+    """
     upper = required_gap(scene)
     centre = middle(camera.shape) if camera.centre_px is None else tuple(map(float, camera.centre_px))
     found = [
         Knob("wavelength", float(scene.wavelength), "m", float(scene.wavelength), _wavelength, True),
-        Knob("gap", gap_height(scene), "m", float(scene.wavelength), lambda s, c, d: (raise_lens(s, d), c)),
+        Knob("gap", gap_height(scene), "m", float(scene.wavelength), _gap),
         Knob("pixel_size", float(camera.pixel_size), "m", float(camera.pixel_size), _pixel_size, True),
         Knob("centre_x", centre[0], "px", 1.0, _centre(0)),
         Knob("centre_y", centre[1], "px", 1.0, _centre(1)),
@@ -49,6 +54,8 @@ def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
         _index("plate_index", scene, upper + 2),
         Knob("screen", float(scene.screen.vertex[2]), "m", 1e-3, _screen),
         Knob("exposure", float(camera.exposure), "photoelectrons", float(camera.exposure), _exposure, True),
+        Knob("stray", 0.0, "", 1.0, _still),
+        Knob("contrast", 1.0, "", 1.0, _still, True),
     ]
     lower = upper + 1
     for axis, name in enumerate("xy"):
@@ -65,6 +72,11 @@ def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
     return {knob.name: knob for knob in found}
 
 
+def _still(scene, camera, by):  # noqa: ARG001 (these numbers are of the image, not of scene or camera)
+    return scene, camera
+
+
+@cache
 def _radius(face: int):
     def move(scene, camera, by):
         radius = 1 / scene.surfaces[face].curvature
@@ -77,10 +89,15 @@ def _wavelength(scene, camera, by):
     return eqx.tree_at(lambda s: s.light.wavelength, scene, scene.wavelength + by), camera
 
 
+def _gap(scene, camera, by):
+    return raise_lens(scene, by), camera
+
+
 def _pixel_size(scene, camera, by):
     return scene, eqx.tree_at(lambda c: c.pixel_size, camera, camera.pixel_size + by)
 
 
+@cache
 def _centre(axis: int):
     def move(scene, camera, by):
         at = middle(camera.shape) if camera.centre_px is None else camera.centre_px
@@ -92,11 +109,16 @@ def _centre(axis: int):
 
 
 def _index(name: str, scene: Scene, at: int) -> Knob:
+    value = float(scene.media[at])
+    return Knob(name, value, "", value, _medium(at), True)
+
+
+@cache
+def _medium(at: int):
     def move(scene, camera, by):
         return eqx.tree_at(lambda s: s.media, scene, jnp.asarray(scene.media).at[at].add(by)), camera
 
-    value = float(scene.media[at])
-    return Knob(name, value, "", value, move, True)
+    return move
 
 
 def _screen(scene, camera, by):
@@ -108,6 +130,7 @@ def _exposure(scene, camera, by):
     return scene, eqx.tree_at(lambda c: c.exposure, camera, camera.exposure + by)
 
 
+@cache
 def _light(axis: int):
     def move(scene, camera, by):
         tilt = jnp.asarray(scene.light.tilt).at[axis].add(by)
@@ -116,6 +139,7 @@ def _light(axis: int):
     return move
 
 
+@cache
 def _tilt(face: int, axis: int):
     def move(scene, camera, by):
         tilt = jnp.asarray(scene.surfaces[face].tilt).at[axis].add(by)

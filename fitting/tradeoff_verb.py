@@ -11,6 +11,7 @@ from fitting.answer import as_png
 from fitting.progress import steps
 from fitting.tradeoff import Way, tradeoff
 
+_RIGHT = 1e-3  # Names of larger errors stand on the left of their point.
 _FILES = ("tradeoff.csv", "tradeoff.json", "tradeoff.png")
 
 
@@ -82,7 +83,8 @@ def figure(ways: list[Way]):
                 continue
             place = max(abs(value), 1e-12), 1e3 * way.seconds
             axes.loglog(*place, "o", color="tab:red" if way.note.startswith("ignores") else "tab:blue")
-            axes.annotate(way.name, place, xytext=(4, 4), textcoords="offset points", fontsize=8)
+            side = {"xytext": (4, 4)} if place[0] < _RIGHT else {"xytext": (-5, 5), "ha": "right"}
+            axes.annotate(way.name, place, textcoords="offset points", fontsize=8, **side)
         for way in ways:
             if way.name == "Traced" and way.seconds is not None:
                 axes.axhline(1e3 * way.seconds, color="0.6", lw=1, ls="--")

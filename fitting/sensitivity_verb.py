@@ -1,0 +1,85 @@
+"""The verb `sensitivity`: how well each number of a bench must be known, as text, table and picture."""
+
+import csv
+import io
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+import newtonjax as nj
+from fitting import output, session
+from fitting.answer import as_png
+from fitting.fisher import FREE
+from fitting.progress import progress
+from fitting.sensitivities import Sensitivity, derivative_images, sensitivity
+
+_FILES = ("sensitivity.csv", "sensitivity.json", "sensitivity.png")
+_PICTURES = 5
+
+
+def run(path: Path, target: str, accuracy: float, free: list[str] | None, folder: Path | None, force: bool) -> int:
+    """Compute, print the table, write the files; the exit status."""
+    files = [] if folder is None else [folder / name for name in _FILES]
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)
+    output.check_free(files, force, keep=(path,))
+    session.prepare()
+    scene, camera = nj.load_scene(path)
+    camera = nj.Camera((512, 512), 10e-6) if camera is None else camera
+    with progress("differentiating"):
+        found = sensitivity(scene, camera, target, accuracy, FREE if free is None else free)
+        shown = [target, *(one.name for one in found.neglected[:_PICTURES])]
+        images = derivative_images(scene, camera, shown) if files else {}
+    print(found)
+    if files:
+        answers = _csv(found), output.json_text(asdict(found)), as_png(figure(found, images))
+        for file, content in zip(files, answers, strict=True):
+            output.write(file, content, force)
+    return 0
+
+
+def _csv(found: Sensitivity) -> str:
+    text = io.StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow(["name", "unit", "value", f"slope_{found.unit or '1'}_per_unit", "tolerance"])
+    for one in found.neglected:
+        writer.writerow([one.name, one.unit, one.value, one.slope, "" if np.isinf(one.tolerance) else one.tolerance])
+    return text.getvalue()
+
+
+def figure(found: Sensitivity, images: dict[str, np.ndarray]):
+    """How well each number must be known, and the derivatives of the image, each on its own scale."""
+    from matplotlib.figure import Figure
+
+    made = Figure(figsize=(11, 5.2), layout="constrained")
+    grid = made.add_gridspec(2, 5)
+    axes = made.add_subplot(grid[:, :2])
+    # What may be wrong by its own size, or by a radian, need not be known.
+    rows = [one for one in found.neglected if one.tolerance < (abs(one.value) or 1.0)][::-1]
+    shares = np.array([one.tolerance / (abs(one.value) or 1.0) for one in rows])
+    axes.barh(range(len(rows)), np.log10(1 / shares), color="tab:blue", height=0.6)
+    axes.set_yticks(range(len(rows)), [one.name.replace("_", " ") for one in rows])
+    for k, one in enumerate(rows):
+        size, unit = _readable(one.tolerance, one.unit)
+        axes.annotate(f" ± {size:.3g} {unit}", (np.log10(1 / shares[k]), k), va="center", fontsize=8)
+    axes.set_xlabel("digits to which it must be known (angles: in radians)")
+    axes.set_title(f"to know the {found.target} to {abs(found.accuracy / found.value):.2g} of it", fontsize=10)
+    axes.set_xlim(0.0, 1.35 * max(np.log10(1 / shares), default=1.0))
+    for place, (name, image) in enumerate(images.items()):
+        axes = made.add_subplot(grid[place // 3, 2 + place % 3])
+        edge = float(np.abs(image).max()) or 1.0
+        axes.imshow(image, cmap="RdBu_r", vmin=-edge, vmax=edge)
+        axes.set_title(f"image by {name.replace('_', ' ')}", fontsize=9)
+        axes.set_xticks([])
+        axes.set_yticks([])
+    return made
+
+
+def _readable(value: float, unit: str) -> tuple[float, str]:
+    """A length in nm to m, an angle in mrad, other units as they are."""
+    if unit == "m":
+        for factor, name in ((1e9, "nm"), (1e6, "um"), (1e3, "mm")):
+            if value * factor < 1000:
+                return value * factor, name
+    return (value * 1e3, "mrad") if unit == "rad" else (value, unit)

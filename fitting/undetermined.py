@@ -1,0 +1,74 @@
+"""What an image does not tell, in words: directions in which numbers may change together without being seen."""
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+# What couples numbers that are undetermined together, parts of a combination that are named, and how near an exponent
+# is to a half of a whole number.
+_COUPLED, _PART, _NEAR = 1e-3, 0.05, 0.03
+
+
+def in_words(
+    names: list[str],
+    ratio: Bool[np.ndarray, " n"],
+    relative: Float[np.ndarray, " n"],
+    axes: Float[np.ndarray, "n weak"],
+) -> list[str]:
+    """A sentence for each group of numbers that are undetermined together.
+
+    `axes`: orthonormal directions in which nothing is seen; `relative`: the step of each number in them, over its size
+    where only ratios count (`ratio`), else over its scale.
+    """
+    projector = axes @ axes.T
+    found = []
+    for group in _groups(np.abs(projector) > _COUPLED):
+        size, within = np.linalg.eigh(projector[np.ix_(group, group)])
+        directions = within[:, size > 0.5] * relative[group][:, None]
+        found.append(_in_group([names[k] for k in group], ratio[group], directions))
+    return found
+
+
+def _groups(coupled: np.ndarray) -> list[np.ndarray]:
+    """Indices that are coupled with each other, by group; those coupled with nothing, themselves too, are left out."""
+    left, groups = set(np.flatnonzero(coupled.any(axis=1)).tolist()), []
+    while left:
+        group, more = set(), {min(left)}
+        while more:
+            group |= more
+            more = set(np.flatnonzero(coupled[sorted(group)].any(axis=0)).tolist()) - group
+        left -= group
+        groups.append(np.array(sorted(group)))
+    return groups
+
+
+def _in_group(names: list[str], ratio: np.ndarray, directions: Float[np.ndarray, "n weak"]) -> str:
+    """What is measured of numbers that are undetermined in some directions, where it is one product; else those."""
+    together = " and ".join(text for text in (", ".join(names[:-1]), names[-1]) if text)
+    if len(names) - directions.shape[1] == 1 and ratio.all():
+        return f"{together}: only {_product(names, np.linalg.svd(directions.T)[2][-1])} is measured"
+    columns = [column / np.abs(column).max() for column in directions.T]
+    unseen = " or ".join(
+        ", ".join(
+            f"{value:+.3g}{' %' if ratio[k] else ' hundredths'} of {names[k]}"
+            for k, value in enumerate(column)
+            if abs(value) > _PART
+        )
+        for column in columns
+    )
+    return f"{together}: the image does not change with {unseen}"
+
+
+def _product(names: list[str], exponents: np.ndarray) -> str:
+    exponents = exponents / np.abs(exponents).min() if np.abs(exponents).min() > 0 else exponents
+    exponents = exponents * np.sign(exponents[np.argmax(np.abs(exponents))])
+    nearest = np.round(2 * exponents) / 2
+    exponents = np.where(np.abs(exponents - nearest) < _NEAR, nearest, exponents)
+    power = dict(zip(names, exponents, strict=True))
+
+    def written(sign: int) -> str:
+        return " ".join(n if abs(v) == 1 else f"{n}^{abs(v):.3g}" for n, v in power.items() if v * sign > 0)
+
+    above, below = written(1), written(-1)
+    if not below:
+        return above
+    return f"{above} / ({below})" if " " in below else f"{above} / {below}"
