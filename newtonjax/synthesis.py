@@ -52,13 +52,13 @@ def _synthesize_jvp(shape, primals, tangents):
 
 def combine(fields: list[Array]) -> Array:
     """Background + Σ modulus cos 2π phase, of fields in a row."""
-    background, moduli, phases = _split(fields)
+    background, moduli, phases = split(fields)
     for size, turns in zip(moduli, phases, strict=True):
         background = background + size * cos_turns(turns)
     return background
 
 
-def _split(fields):
+def split(fields):
     """Background, moduli and phases out of fields in a row."""
     pairs = (len(fields) - 1) // 2
     return fields[0], fields[1 : 1 + pairs], fields[1 + pairs :]
@@ -66,7 +66,7 @@ def _split(fields):
 
 def slopes(fields: list[Array]) -> list[Array]:
     """By how much the image changes per unit of each field but the background, where it is 1."""
-    _, moduli, phases = _split(fields)
+    _, moduli, phases = split(fields)
     by_phase = [-2 * jnp.pi * size * sin_turns(turns) for size, turns in zip(moduli, phases, strict=True)]
     return [cos_turns(turns) for turns in phases] + by_phase
 

@@ -45,6 +45,7 @@ def test_presets_come_back_from_their_files_to_the_last_bit(tmp_path, view, pola
 FLOATS = st.floats(allow_nan=False, allow_infinity=False)
 POSITIVE = st.floats(1e-12, 1e12)
 TWO, THREE = st.tuples(FLOATS, FLOATS), st.tuples(FLOATS, FLOATS, FLOATS)
+FROM_ABOVE = st.tuples(st.floats(-1.57, 1.57), st.floats(-1.57, 1.57))
 SURFACES = st.tuples(FLOATS, THREE, TWO)
 CAMERAS = st.tuples(
     st.tuples(st.integers(1, 9), st.integers(1, 9)),
@@ -60,8 +61,8 @@ CAMERAS = st.tuples(
 @given(
     surfaces=st.tuples(SURFACES, SURFACES),
     media=st.tuples(POSITIVE, POSITIVE, POSITIVE),
-    light=st.tuples(POSITIVE, TWO, st.none())
-    | st.tuples(POSITIVE, TWO, FLOATS, st.none() | st.floats(-0.785, 0.785), st.none() | st.floats(0, 1)),
+    light=st.tuples(POSITIVE, FROM_ABOVE, st.none())
+    | st.tuples(POSITIVE, FROM_ABOVE, FLOATS, st.none() | st.floats(-0.785, 0.785), st.none() | st.floats(0, 1)),
     screen=st.tuples(st.just(0.0), THREE, TWO),
     beams=st.sampled_from([("T0 T1",), ("T0 T1", "T0 R1 R0 T1"), ("R0",)]),
     camera=st.none() | CAMERAS,
