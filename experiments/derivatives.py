@@ -1,4 +1,4 @@
-"""Claim: the gradient of a sum over an image costs four to six images, Gauss and Newton's matrix ten to thirteen.
+"""Claim: the gradient of a sum over an image costs five to seven images, Gauss and Newton's matrix eight to fourteen.
 
 The misfit of a 1024 x 1024 image of the default bench in twelve parameters (radius, wavelength, gap, screen, indices,
 thicknesses, tilts of lens and light): value, gradient by `jax.value_and_grad`, and `nj.normal_equations`, beside

@@ -12,6 +12,7 @@ library is not installed.
 
 import warnings
 from collections.abc import Callable
+from importlib.util import find_spec
 from typing import NamedTuple
 
 import numpy as np
@@ -349,9 +350,7 @@ def tmm_intensity(scene: Scene, thickness: np.ndarray) -> np.ndarray:
 
 def tmm_table_way(scene: Scene, thickness: np.ndarray, entries: int):
     """By tmm at some thicknesses of one fringe, linear in between."""
-    try:
-        import tmm  # noqa: F401
-    except ImportError:
+    if find_spec("tmm") is None:
         return None
     period = float(scene.wavelength) / (2 * float(scene.media[2]))
     nodes = np.linspace(0, period, entries)
@@ -364,8 +363,6 @@ def tmm_table_way(scene: Scene, thickness: np.ndarray, entries: int):
 
 def tmm_way(scene: Scene, thickness: np.ndarray):
     """By tmm at every thickness."""
-    try:
-        import tmm  # noqa: F401
-    except ImportError:
+    if find_spec("tmm") is None:
         return None
     return lambda: (None, tmm_intensity(scene, thickness))

@@ -2,8 +2,8 @@
 
 Medians of compiled calls that take turns, and the bytes that the compiler reserves (output and temporary), against the
 pixels, the nodes, the beams, the number of scenes in a sweep, the number of parameters of the normal equations, and the
-devices (of the CPU, in a process for each number; the image is shared out by rows). The exponent is the slope of the
-logarithms' line over the upper half of the range, where what a call costs by itself has faded.
+devices (of the CPU, one thread each, in a process for each number; scenes are shared out). The exponent is the slope of
+the logarithms' line over the upper half of the range, where what a call costs by itself has faded.
 
     python experiments/scaling.py [--quick]
 """
@@ -118,7 +118,7 @@ def measure(values, make, rounds: int, square_it: bool) -> dict:
 
 
 def over_devices(count: int) -> float:
-    """Median seconds of an image of rays at every pixel, its rows shared out over so many devices of the CPU."""
+    """Median seconds of eight images of rays at every pixel, shared out over so many devices of the CPU."""
     flags = f"--xla_force_host_platform_device_count={count} --xla_cpu_multi_thread_eigen=false"
     environment = {**os.environ, "XLA_FLAGS": flags, "JAX_PLATFORMS": "cpu", "NPROC": str(count)}
     said = subprocess.run(

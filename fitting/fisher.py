@@ -26,7 +26,7 @@ from newtonjax.quantities import Scalar
 from newtonjax.scene import Scene
 
 FREE = ("radius", "gap", "centre_x", "centre_y", "exposure", "contrast")
-# A combination is called undetermined where it is known this much worse than its parts would be by themselves.
+# A combination is called undetermined where its information is this small a share of what its parts have by themselves.
 _WEAK = 1e-8
 
 

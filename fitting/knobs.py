@@ -14,6 +14,7 @@ from fitting.scene_start import gap_height
 from newtonjax.camera import Camera, middle
 from newtonjax.gap import required_gap
 from newtonjax.scene import Scene
+from newtonjax.surfaces import frame
 
 Bench = tuple[Scene, Camera]
 
@@ -38,7 +39,8 @@ class Knob:
 def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
     """What can be moved by name: what every bench of a gap has, and the radius where one face of it is curved.
 
-    "stray" is light that adds to the image [incident irradiance], "contrast" that of the fringes over the scene's own:
+    "plate_tilt_x" and "plate_tilt_y" turn all faces below the gap as one, about the vertex of the uppermost. "stray" is
+    light that adds to the image [incident irradiance], "contrast" that of the fringes over the scene's own:
     they belong to the image, and move neither scene nor camera.
     """
     upper = required_gap(scene)
@@ -61,7 +63,7 @@ def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
     for axis, name in enumerate("xy"):
         found += [
             Knob(f"light_tilt_{name}", float(scene.light.tilt[axis]), "rad", 1e-3, _light(axis)),
-            Knob(f"plate_tilt_{name}", float(scene.surfaces[lower].tilt[axis]), "rad", 1e-3, _tilt(lower, axis)),
+            Knob(f"plate_tilt_{name}", float(scene.surfaces[lower].tilt[axis]), "rad", 1e-3, _plate(lower, axis)),
         ]
     try:
         face = curved_surface(scene)
@@ -140,9 +142,17 @@ def _light(axis: int):
 
 
 @cache
-def _tilt(face: int, axis: int):
+def _plate(lower: int, axis: int):
     def move(scene, camera, by):
-        tilt = jnp.asarray(scene.surfaces[face].tilt).at[axis].add(by)
-        return eqx.tree_at(lambda s: s.surfaces[face].tilt, scene, tilt), camera
+        pivot = jnp.asarray(scene.surfaces[lower].vertex)
+        moved = []
+        for surface in scene.surfaces[lower:]:
+            tilt = jnp.asarray(surface.tilt).at[axis].add(by)
+            old, new = (jnp.stack(list(map(jnp.asarray, frame(t)))) for t in (surface.tilt, tilt))
+            moved += [pivot + new.T @ (old @ (jnp.asarray(surface.vertex) - pivot)), tilt]
+        return eqx.tree_at(_below, scene, moved), camera
+
+    def _below(scene):
+        return [part for surface in scene.surfaces[lower:] for part in (surface.vertex, surface.tilt)]
 
     return move

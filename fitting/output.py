@@ -52,6 +52,16 @@ def in_one_step(path: Path) -> Iterator[Path]:
         neighbour.unlink(missing_ok=True)
 
 
+def files_of(folder: Path | None, names: tuple[str, ...], force: bool, keep: tuple[Path, ...]) -> list[Path]:
+    """The files of a folder, which is made, by name; none without a folder. Refuses as `check_free` does."""
+    if folder is None:
+        return []
+    folder.mkdir(parents=True, exist_ok=True)
+    files = [folder / name for name in names]
+    check_free(files, force, keep)
+    return files
+
+
 def json_text(answer: dict) -> str:
     """One JSON object, with null for what is not finite."""
     return json.dumps(_plain(answer), allow_nan=False, ensure_ascii=False, indent=2) + "\n"

@@ -20,10 +20,11 @@ def encode(fraction: Float[np.ndarray, "rows columns"], bits: int) -> bytes:
 
 def codes(fraction, bits: int) -> UInt8[np.ndarray, "rows columns"] | UInt16[np.ndarray, "rows columns"]:
     """The numbers that a file holds of an image whose white is 1."""
-    fraction = np.clip(fraction, 0.0, 1.0)
-    if bits == 16:
-        return np.round(fraction * 65535).astype(np.uint16)
-    return np.round(to_srgb(fraction) * 255).astype(np.uint8)
+    values = np.clip(fraction, 0.0, 1.0)
+    white, kind = (65535, np.uint16) if bits == 16 else (255, np.uint8)
+    values = values if bits == 16 else to_srgb(values)
+    values *= white  # in place: images may be large
+    return np.rint(values, out=values).astype(kind)
 
 
 def to_srgb(fraction: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:

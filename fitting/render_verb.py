@@ -71,10 +71,10 @@ def run(request: Request) -> int:
     scene, camera, from_file = _scene_and_camera(request)
     with progress("rendering"):
         chosen = _choose(scene, camera, request.how)
-        parts = _parts(chosen, camera)
+        parts = _parts(chosen, camera, whole=kind not in _TIFF)
         developed, white, noise = _develop(parts, camera, request.seed, from_file, chosen.splatted)
         if kind in _TIFF:
-            tiff.write(request.output, camera.shape, developed, request.bits)
+            tiff.write(request.output, camera.shape, developed, request.bits, request.force)
         else:
             rows = [part for _, part in developed]
             image = rows[0] if len(rows) == 1 else np.concatenate(rows)
@@ -162,12 +162,12 @@ def _asked_for(scene: nj.Scene, camera: nj.Camera, name: str, how: How) -> Chose
     return Chosen(scene, nj.Traced(), rounding, 2 * np.pi * rounding, asked)
 
 
-def _parts(chosen: Chosen, camera: nj.Camera) -> Iterable[tuple[int, np.ndarray]]:
-    """The image in blocks of rows: computed anew each time they are gone through, where there is more than one."""
+def _parts(chosen: Chosen, camera: nj.Camera, whole: bool) -> Iterable[tuple[int, np.ndarray]]:
+    """The image in blocks of rows; not kept but computed anew each time, where it need not be whole in memory."""
     if chosen.splatted:
         return [(0, np.asarray(chosen.splatted.image))]
     made = nj.blocks(chosen.scene, camera, chosen.method)
-    return list(made) if made.rows == camera.shape[0] else made
+    return list(made) if whole or made.rows == camera.shape[0] else made
 
 
 def _develop(

@@ -16,17 +16,16 @@ from jaxtyping import Float
 from fitting.electrons import Moves, photoelectrons, weights
 from fitting.fisher import FREE, fine_nodes, information
 from fitting.knobs import knobs
-from newtonjax import chebyshev
 from newtonjax.camera import Camera
 from newtonjax.methods import Chebyshev
 from newtonjax.normal import from_coefficients
 from newtonjax.precision import x64
 from newtonjax.scene import Scene
-from newtonjax.synthesis import combine, slopes
+from newtonjax.synthesis import synthesize
 
 # Stages by which a refit follows what is wrong, and steps of Gauss and Newton's method in each.
 _STAGES, _STEPS = 8, 12
-# Steps in which a refit ends, over what a number's own information allows.
+# Of a stage the last step, over what the numbers have moved.
 _SETTLED = 1e-9
 
 
@@ -118,7 +117,7 @@ def sensitivity(
         tolerance = np.inf if small else allowed / abs(slope)
         found.append(Neglected(name, known[name].unit, known[name].value, slope, tolerance))
     found.sort(key=lambda one: one.tolerance / known[one.name].scale)
-    sd = information(scene, camera, free, noise=noise).sd(target)
+    sd = told.given(**dict.fromkeys(held, 0.0)).sd(target)
     unit = known[target].unit
     return Sensitivity(target, known[target].value, unit, allowed, sd, free[1:], tuple(found))
 
@@ -172,19 +171,18 @@ def derivative_images(
     scene: Scene, camera: Camera, names: Sequence[str]
 ) -> dict[str, Float[np.ndarray, "rows columns"]]:
     """By name the derivative of the image [photoelectrons per unit of the number]."""
-    known, method = knobs(scene, camera), fine_nodes(scene, camera)
-    found = {}
+    known = knobs(scene, camera)
+    moves = tuple((name, known[name].move) for name in names)
+    scales = np.array([known[name].scale for name in names])
     with x64():
-        for name in names:
-            moves, scale = ((name, known[name].move),), jnp.array([known[name].scale])
-            found[name] = np.asarray(_slope(scene, camera, moves, scale, method)) / known[name].scale
-    return found
+        found = np.asarray(_slopes(scene, camera, moves, jnp.asarray(scales), fine_nodes(scene, camera)))
+    return dict(zip(names, found / scales[:, None, None], strict=True))
 
 
 @partial(jax.jit, static_argnames=("moves", "method"))
 def _image(scene, camera, moves: Moves, scales, steps, method: Chebyshev):
     table = photoelectrons(scene, camera, moves, scales, method)(steps)
-    return combine(chebyshev.expand(table, camera.shape))
+    return synthesize(table, camera.shape)
 
 
 @partial(jax.jit, static_argnames=("moves", "method"))
@@ -193,9 +191,7 @@ def _equations(scene, camera, moves: Moves, scales, steps, data, weight, method:
 
 
 @partial(jax.jit, static_argnames=("moves", "method"))
-def _slope(scene, camera, moves: Moves, scales, method: Chebyshev):
-    of_steps = photoelectrons(scene, camera, moves, scales, method)
-    table, change = jax.jvp(of_steps, (jnp.zeros(1),), (jnp.ones(1),))
-    background, *others = chebyshev.expand(change, camera.shape)
-    factors = slopes(chebyshev.expand(table, camera.shape))
-    return background + sum(factor * other for factor, other in zip(factors, others, strict=True))
+def _slopes(scene, camera, moves: Moves, scales, method: Chebyshev):
+    of_steps, still = photoelectrons(scene, camera, moves, scales, method), jnp.zeros(len(moves))
+    table, changes = of_steps(still), jnp.moveaxis(jax.jacfwd(of_steps)(still), -1, 0)
+    return jax.lax.map(lambda change: jax.jvp(lambda t: synthesize(t, camera.shape), (table,), (change,))[1], changes)

@@ -20,10 +20,7 @@ _PICTURES = 5
 
 def run(path: Path, target: str, accuracy: float, free: list[str] | None, folder: Path | None, force: bool) -> int:
     """Compute, print the table, write the files; the exit status."""
-    files = [] if folder is None else [folder / name for name in _FILES]
-    if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
-    output.check_free(files, force, keep=(path,))
+    files = output.files_of(folder, _FILES, force, (path,))
     session.prepare()
     scene, camera = nj.load_scene(path)
     camera = nj.Camera((512, 512), 10e-6) if camera is None else camera

@@ -8,10 +8,14 @@ import numpy as np
 from fitting import output, png
 
 
-def write(path: Path, shape: tuple[int, int], blocks: Iterable[tuple[int, np.ndarray]], bits: int) -> None:
-    """Write (first row, rows), from the top, of an image whose white is 1: the values of `png.encode`, or no file."""
+def write(path: Path, shape: tuple[int, int], blocks: Iterable[tuple[int, np.ndarray]], bits: int, force: bool) -> None:
+    """Write (first row, rows), from the top, of an image whose white is 1: the values of `png.encode`, or no file.
+
+    Raises FileExistsError for a file that is there already, unless `force`.
+    """
     import tifffile
 
+    output.check_free([path], force)
     with output.in_one_step(path) as file:
         kind = np.uint16 if bits == 16 else np.uint8
         large = shape[0] * shape[1] * bits // 8 > 2**31

@@ -19,10 +19,7 @@ def run(
     path: Path, shape: tuple[int, int] | None, pixel_size: float | None, folder: Path | None, force: bool, splat: bool
 ) -> int:
     """Measure, print the table, write the files; the exit status."""
-    files = [] if folder is None else [folder / name for name in _FILES]
-    if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
-    output.check_free(files, force, keep=(path,))
+    files = output.files_of(folder, _FILES, force, (path,))
     session.prepare()
     scene, camera = nj.load_scene(path)
     camera = nj.Camera((1024, 1024), 5e-6) if camera is None else camera

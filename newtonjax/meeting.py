@@ -61,11 +61,10 @@ class Sums(NamedTuple):
 def no_sums(camera: Camera) -> Sums:
     """Before the first pair."""
     cells = camera.shape[0] * camera.shape[1] + 1
-    none = jnp.zeros(cells, jnp.int32)
-    return Sums(jnp.zeros(cells), none, none, jnp.zeros(4, int))
+    return Sums(jnp.zeros(cells), jnp.zeros(cells, jnp.int32), jnp.zeros(cells, jnp.int32), jnp.zeros(4, int))
 
 
-@partial(jax.jit, static_argnames=("rule", "chunk"))
+@partial(jax.jit, static_argnames=("rule", "chunk"), donate_argnames="state")
 def add_block(scene: Scene, camera: Camera, rule: Rule, source: Source, first, chunk: int, state: Sums) -> Sums:
     """The sums with the pairs of one chunk of nodes added, the nodes counted from `first` on."""
     total, count, apart, fates = state

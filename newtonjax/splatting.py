@@ -144,6 +144,7 @@ def splat(scene: Scene, camera: Camera, method: Splat | None = None) -> Splatted
         starts, found, _ = _aims(bare, points)
         low, high = _reach(bare, starts, found, camera)
         step = float(camera.pixel_size) if method.step is None else method.step
+        error = float(_error(bare, camera, method.rule, points, starts))
         lit, before = None, np.inf
         while True:
             source = _grid(low, high, step)
@@ -165,7 +166,6 @@ def splat(scene: Scene, camera: Camera, method: Splat | None = None) -> Splatted
                 )
             step, before = step / 2, left
         tally = Pairs(source.nodes[0] * source.nodes[1] * len(pairs(scene)), *(int(n) for n in fates))
-        error = float(_error(bare, camera, method.rule, points, starts))
         return Splatted(image, count, (count == 0) & (apart > 0), tally, source, error)
 
 

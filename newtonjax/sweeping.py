@@ -62,10 +62,12 @@ def sweep(
         raise ValueError("values are empty; allowed: one scene or more")
     rows = {name: np.broadcast_to(value, count) for name, value in table.items()}
     (camera,) = afresh(camera)
-    method = _for_all(bench, rows, camera, tolerance) if method is None else method
-    for number in _spread(count):
-        method.check(bench(**_row(rows, number)))
-    method = pixels_as_set(method)
+    # Every scene is made once with its numbers known: traced, a bench and a method refuse nothing.
+    scenes = [_named(rows, number, lambda row: bench(**row)) for number in range(count)]
+    chosen = _for_all(scenes, camera, tolerance) if method is None else method
+    for number, scene in enumerate(scenes):
+        _named(rows, number, lambda _, scene=scene: chosen.check(scene))
+    method = pixels_as_set(chosen)
     if batch is None:
         batch = max(_PIXELS // (camera.shape[0] * camera.shape[1]), 1)
     with x64():
@@ -89,15 +91,18 @@ def _spread(count: int) -> list[int]:
     return np.unique(np.linspace(0, count - 1, min(count, _PLANNED)).round().astype(int)).tolist()
 
 
-def _for_all(bench, rows, camera: Camera, tolerance: float) -> AbstractMethod:
+def _named(rows, number: int, call: Callable[[dict[str, float]], Any]) -> Any:
+    """What a call makes of the numbers of a scene; what it refuses is refused with these."""
+    row = _row(rows, number)
+    try:
+        return call(row)
+    except ValueError as error:
+        raise ValueError(f"scene {number} ({_text(row)}): {error}") from None
+
+
+def _for_all(scenes: list[Scene], camera: Camera, tolerance: float) -> AbstractMethod:
     """The cheapest method that every scene's plan allows: the closed form only if all have it, else the most nodes."""
-    found = []
-    for number in _spread(len(next(iter(rows.values())))):
-        row = _row(rows, number)
-        try:
-            found.append(plan(bench(**row), camera, tolerance).method)
-        except ValueError as error:
-            raise ValueError(f"scene {number} ({_text(row)}): {error}") from None
+    found = [plan(scenes[number], camera, tolerance).method for number in _spread(len(scenes))]
     if any(isinstance(method, Traced) for method in found):
         return Traced()
     nodes = [method.nodes for method in found if isinstance(method, Chebyshev)]

@@ -133,6 +133,15 @@ def test_a_sweep_refuses_with_a_line(values, message):
         nj.sweep(nj.newton_rings, values, CAMERA)
 
 
+def test_a_sweep_looks_at_every_scene():
+    """Not only at those that it plans for: traced numbers are not checked, and would give an image of NaN."""
+    radii = np.full(200, 2.0)
+    radii[101] = 0.0
+    for method in (None, nj.Chebyshev(5)):
+        with pytest.raises(ValueError, match=r"scene 101 \(radius = 0\): radius is 0.0"):
+            nj.sweep(nj.newton_rings, {"radius": radii}, CAMERA, method, reduce=jnp.mean)
+
+
 def test_a_sweep_names_the_scene_whose_beams_do_not_arrive():
     values = {"radius": np.array([2.0, 2.0, 1e-3])}
     with pytest.raises(ValueError, match=r"scene 2 \(radius = 0.001\): Chebyshev cannot honour"):

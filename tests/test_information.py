@@ -59,6 +59,16 @@ def test_bounds_are_those_of_the_inverse_of_central_differences():
     np.testing.assert_allclose([found.conditional_sd(name) for name in names], np.diag(exact) ** -0.5, rtol=1e-6)
 
 
+@pytest.mark.parametrize("axis", [0, 1])
+def test_the_plate_turns_as_a_whole(axis):
+    """As the bench's own `plate_tilt`, both faces of it."""
+    tilt = (2e-3, 0.0) if axis == 0 else (0.0, 2e-3)
+    turned, _ = knobs(bench(), CAMERA)[f"plate_tilt_{'xy'[axis]}"].move(bench(), CAMERA, 2e-3)
+    for one, other in zip(turned.surfaces, bench(plate_tilt=tilt).surfaces, strict=True):
+        np.testing.assert_allclose(one.vertex, other.vertex, atol=1e-17)
+        np.testing.assert_allclose(one.tilt, other.tilt, atol=1e-17)
+
+
 def test_the_bound_of_a_bright_even_image_is_the_closed_form():
     """The mean of n pixels of variance σ² is known to σ / sqrt n; saturated pixels tell nothing."""
     even = nj.newton_rings(np.inf, 550e-9, 0.1e-6, screen="gap")
