@@ -20,7 +20,7 @@ from newtonjax.fields import intensity
 from newtonjax.gap import closed_fields, why_not_closed
 
 TOLERANCE = 1e-3
-PIXELS, FAST, LADDER, TURNS = 96, 512, (5, 7, 9, 13, 17, 25), 7
+PIXELS, FAST, LADDER, TURNS = 96, 512, (3, 4, 5, 7, 9, 13, 17, 25), 7
 
 
 def draw(random: np.random.Generator, number: int):

@@ -4,13 +4,16 @@ from importlib import import_module
 
 _HOME = {
     "Chain": "chain",
+    "Design": "designs",
     "FitResult": "result",
     "Information": "fisher",
     "Parameter": "result",
     "RingsResult": "rings_result",
     "Sensitivity": "sensitivities",
+    "design": "designs",
     "fit": "measure",
     "information": "fisher",
+    "measurement": "implicit",
     "read": "photo",
     "result_figure": "plot",
     "rings": "orders",

@@ -1,9 +1,11 @@
 """The command `newtonjax`: its verbs and their options. What is heavy is imported inside the verbs."""
 
 import io
+import signal
 import sys
+import threading
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NoReturn
 
 import typer
 
@@ -36,7 +38,7 @@ from fitting.options import (
     WaveSd,
     option,
 )
-from fitting.studies import sensitivity, tradeoff
+from fitting.studies import design, sensitivity, tradeoff
 
 app = typer.Typer(
     name="newtonjax",
@@ -47,22 +49,42 @@ app = typer.Typer(
 )
 
 
+def _stop(number: int, frame: object) -> NoReturn:
+    """Leave as an exception does: what is half written is removed on the way."""
+    del frame
+    raise SystemExit(128 + number)
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; its exit status. Errors go to stderr in one line."""
     arguments = sys.argv[1:] if arguments is None else arguments
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, _stop)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a λ must not cost the answer where the terminal has none
     if not arguments:
         return _fail("no verb given; give render, fit, scale, rings or another one (newtonjax --help explains them)")
     try:
-        return app(args=arguments, prog_name="newtonjax", standalone_mode=False) or 0
+        return app(args=_one_by_one(arguments), prog_name="newtonjax", standalone_mode=False) or 0
     except typer.TyperException as error:
         return _fail(error.format_message())
     except (ValueError, OSError) as error:
         return _fail(str(error))
     except typer.Abort:
         return 130
+
+
+def _one_by_one(arguments: list[str]) -> list[str]:
+    """`--vary a=1 b=2` as `--vary a=1 --vary b=2`: of the options that take NAME=VALUE."""
+    made, option = [], ""
+    for argument in arguments:
+        if argument.startswith("-"):
+            option = argument if argument in ("--vary", "--known", "--choose") else ""
+        elif option and "=" in argument and made[-1] != option:
+            made.append(option)
+        made.append(argument)
+    return made
 
 
 def _fail(message: str) -> int:
@@ -271,6 +293,7 @@ def _named(text: str) -> tuple[str, str]:
 
 app.command()(tradeoff)
 app.command()(sensitivity)
+app.command()(design)
 
 
 @app.command()

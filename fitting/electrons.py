@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 
 from newtonjax.camera import Camera
 from newtonjax.methods import Chebyshev
-from newtonjax.quantities import Scalar
+from newtonjax.quantities import Scalar, positive, require
 from newtonjax.scene import Scene
 
 # Names of numbers, and how each is moved (`knobs.Knob.move`): hashable, so that they may be static arguments.
@@ -39,6 +39,7 @@ def weights(image: Float[Array, "rows columns"], camera: Camera, noise: Scalar |
     Saturated pixels weigh nothing.
     """
     if noise is not None:
+        require("noise", noise, "a positive standard deviation, in incident irradiance", positive)
         return jnp.full_like(image, 1.0) / (noise * camera.exposure) ** 2
     code = camera.full_well / (2**camera.bits - 1)
     variance = jnp.clip(image, 0.0) + camera.read_noise**2 + code**2 / 12

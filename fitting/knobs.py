@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import cache
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 from fitting.models import curved_surface, raise_lens
 from fitting.scene_start import gap_height
 from newtonjax.camera import Camera, middle
+from newtonjax.checks import require_bench
 from newtonjax.gap import required_gap
 from newtonjax.scene import Scene
 from newtonjax.surfaces import frame
@@ -39,10 +41,12 @@ class Knob:
 def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
     """What can be moved by name: what every bench of a gap has, and the radius where one face of it is curved.
 
-    "plate_tilt_x" and "plate_tilt_y" turn all faces below the gap as one, about the vertex of the uppermost. "stray" is
-    light that adds to the image [incident irradiance], "contrast" that of the fringes over the scene's own:
-    they belong to the image, and move neither scene nor camera.
+    "screen" is its distance from the face that light leaves through. "plate_tilt_x" and "plate_tilt_y" turn all
+    faces below the gap as one, about the vertex of the uppermost. "stray" is light that adds to the image [incident
+    irradiance], "contrast" that of the fringes over the scene's own: they belong to the image, and move neither
+    scene nor camera.
     """
+    require_bench(scene, camera)
     upper = required_gap(scene)
     centre = middle(camera.shape) if camera.centre_px is None else tuple(map(float, camera.centre_px))
     found = [
@@ -54,7 +58,7 @@ def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
         _index("index", scene, upper),
         _index("gap_index", scene, upper + 1),
         _index("plate_index", scene, upper + 2),
-        Knob("screen", float(scene.screen.vertex[2]), "m", 1e-3, _screen),
+        _distance(scene),
         Knob("exposure", float(camera.exposure), "photoelectrons", float(camera.exposure), _exposure, True),
         Knob("stray", 0.0, "", 1.0, _still),
         Knob("contrast", 1.0, "", 1.0, _still, True),
@@ -72,6 +76,21 @@ def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
     radius = 1 / float(scene.surfaces[face].curvature)
     found.insert(0, Knob("radius", radius, "m", abs(radius), _radius(face), True))
     return {knob.name: knob for knob in found}
+
+
+def chosen(scene: Scene, camera: Camera, names: tuple[str, ...]) -> dict[str, Knob]:
+    """Some of `knobs`, in the order of their names. Raises ValueError for what is not there, and for none."""
+    known = knobs(scene, camera)
+    if wrong := [name for name in names if name not in known]:
+        why = " (no face of its gap is curved)" if "radius" in wrong and "radius" not in known else ""
+        near = get_close_matches(wrong[0], known, 1)
+        meant = f", perhaps {near[0]}" if near else ""
+        raise ValueError(f"{wrong[0]!r} is no number of this scene{why}; allowed: {', '.join(known)}{meant}")
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise ValueError(f"{twice[0]} is named twice; give each number at most once")
+    if not names:
+        raise ValueError(f"no number is named; allowed: {', '.join(known)}")
+    return {name: known[name] for name in names}
 
 
 def _still(scene, camera, by):  # noqa: ARG001 (these numbers are of the image, not of scene or camera)
@@ -123,9 +142,21 @@ def _medium(at: int):
     return move
 
 
-def _screen(scene, camera, by):
-    up = jnp.array([0.0, 0.0, 1.0]) * by
-    return eqx.tree_at(lambda s: s.screen.vertex, scene, jnp.asarray(scene.screen.vertex) + up), camera
+def _distance(scene: Scene) -> Knob:
+    """Of the screen from the face that light leaves through; negative where it lies before it, as in the gap."""
+    down = scene.view == "transmitted"
+    face = scene.surfaces[-1 if down else 0]
+    value = float(scene.screen.vertex[2] - face.vertex[2]) * (-1 if down else 1)
+    return Knob("screen", value, "m", abs(value) or 1e-3, _screen(-1.0 if down else 1.0))
+
+
+@cache
+def _screen(way: float):
+    def move(scene, camera, by):
+        up = jnp.array([0.0, 0.0, way]) * by
+        return eqx.tree_at(lambda s: s.screen.vertex, scene, jnp.asarray(scene.screen.vertex) + up), camera
+
+    return move
 
 
 def _exposure(scene, camera, by):

@@ -53,11 +53,20 @@ def in_one_step(path: Path) -> Iterator[Path]:
 
 
 def files_of(folder: Path | None, names: tuple[str, ...], force: bool, keep: tuple[Path, ...]) -> list[Path]:
-    """The files of a folder, which is made, by name; none without a folder. Refuses as `check_free` does."""
+    """The files of a folder, which is made, by name; none without a folder.
+
+    Raises FileExistsError where one is there already (unless `force`), ValueError for one of `keep` (what the command
+    reads), and NotADirectoryError for a file in the folder's place.
+    """
     if folder is None:
         return []
-    folder.mkdir(parents=True, exist_ok=True)
+    if folder.exists() and not folder.is_dir():
+        raise NotADirectoryError(f"{folder} is a file; name a folder to write into")
     files = [folder / name for name in names]
+    there = [file for file in files if os.path.lexists(file)]
+    if there and not force:
+        raise FileExistsError(f"{there[0]} is there already; name another folder, or add --force to overwrite it")
+    folder.mkdir(parents=True, exist_ok=True)
     check_free(files, force, keep)
     return files
 

@@ -13,20 +13,16 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from fitting.electrons import Moves, photoelectrons, weights
+from fitting.electrons import Moves, photoelectrons
 from fitting.fisher import FREE, fine_nodes, information
-from fitting.knobs import knobs
+from fitting.implicit import measurement
+from fitting.knobs import Knob, chosen, knobs
 from newtonjax.camera import Camera
 from newtonjax.methods import Chebyshev
-from newtonjax.normal import from_coefficients
 from newtonjax.precision import x64
+from newtonjax.rendering import render
 from newtonjax.scene import Scene
 from newtonjax.synthesis import synthesize
-
-# Stages by which a refit follows what is wrong, and steps of Gauss and Newton's method in each.
-_STAGES, _STEPS = 8, 12
-# Of a stage the last step, over what the numbers have moved.
-_SETTLED = 1e-9
 
 
 @dataclass(frozen=True)
@@ -34,14 +30,16 @@ class Neglected:
     """A number that a fit holds, and what that costs.
 
     - `name`, `unit`, `value`: of the number.
+    - `size`: its value, or what matters of it where that is zero [`unit`].
     - `slope`: change of the target per unit by which the number is held too large, in their units.
-    - `tolerance`: the error of the number that moves the target by the accuracy asked for; infinite where it moves it
-      to second order only.
+    - `tolerance`: the error of the number that moves the target by the accuracy asked for; infinite where that is more
+      than 1000 times its size.
     """
 
     name: str
     unit: str
     value: float
+    size: float
     slope: float
     tolerance: float
 
@@ -70,8 +68,10 @@ class Sensitivity:
             f"to know it to {self.accuracy:.2g} {self.unit} ({abs(self.accuracy / self.value):.2g} of it):",
             f"{'':<14} {'value':>12} {'known to':>11} {'unit':<15} {self.target} per unit",
         ]
+        if self.sd > self.accuracy:
+            lines.insert(2, "noise alone leaves more than that: take more light, pixels or rings before all else")
         for one in self.neglected:
-            known = "any" if one.tolerance > 1e3 * max(abs(one.value), 1.0) else f"{one.tolerance:.3g}"
+            known = "any" if np.isinf(one.tolerance) else f"{one.tolerance:.3g}"
             lines.append(f"{one.name:<14} {one.value:>12.6g} {known:>11} {one.unit:<15} {one.slope:+.4g}")
         return "\n".join(lines)
 
@@ -95,15 +95,24 @@ def sensitivity(
     The slopes are those of a fit weighted by the camera's noise, to first order: of a tilt that is 0, and of what else
     is symmetric, the target depends to second order, and nothing is said.
 
-    Raises ValueError as `information` does, and for an accuracy that is not positive.
+    Raises ValueError as `information` does, for an accuracy that is not positive, for a target that is 0, and for one
+    that the image does not tell.
 
     """
-    if not 0 < accuracy < np.inf:
-        raise ValueError(f"accuracy is {accuracy}; allowed: a positive fraction, such as 1e-3")
+    if not (isinstance(accuracy, int | float) and 0 < accuracy < np.inf):
+        raise ValueError(f"accuracy is {accuracy!r}; allowed: a positive fraction, such as 1e-3")
     known = knobs(scene, camera)
-    free = (target, *(name for name in free if name != target))
+    free = free_beside(target, free, known)
+    chosen(scene, camera, free)
+    if not known[target].value:
+        raise ValueError(f"{target} is 0 here: a fraction of it is no accuracy; take a scene in which it is not 0")
     held = tuple(name for name in known if name not in free)
     told = information(scene, camera, (*free, *held), noise=noise)
+    alone = told.given(**dict.fromkeys(held, 0.0))
+    sd = alone.sd(target)
+    if not np.isfinite(sd):
+        words = "; ".join(alone.undetermined) or "too few pixels"
+        raise ValueError(f"the image does not tell the {target} with {', '.join(free[1:]) or 'it'} free: {words}")
     count = len(free)
     step = np.sqrt(np.maximum(np.diag(told.matrix), 1e-300))
     scaled = told.matrix / np.outer(step, step)
@@ -111,15 +120,20 @@ def sensitivity(
     moved = -np.linalg.lstsq(scaled[:count, :count], scaled[:count, count:], rcond=1e-10)[0][0]
     allowed = accuracy * abs(known[target].value)
     found = []
-    for name, by, size in zip(held, moved, step[count:], strict=True):
-        slope = float(by * size / step[0])
-        small = abs(slope) * known[name].scale < 1e-9 * abs(known[target].value)
-        tolerance = np.inf if small else allowed / abs(slope)
-        found.append(Neglected(name, known[name].unit, known[name].value, slope, tolerance))
-    found.sort(key=lambda one: one.tolerance / known[one.name].scale)
-    sd = told.given(**dict.fromkeys(held, 0.0)).sd(target)
+    for name, by, told_by in zip(held, moved, step[count:], strict=True):
+        slope = float(by * told_by / step[0])
+        size = known[name].scale if name == "gap" or not known[name].value else abs(known[name].value)
+        tolerance = allowed / abs(slope) if 1e3 * size * abs(slope) > allowed else np.inf
+        found.append(Neglected(name, known[name].unit, known[name].value, size, slope, tolerance))
+    found.sort(key=lambda one: one.tolerance / one.size)
     unit = known[target].unit
     return Sensitivity(target, known[target].value, unit, allowed, sd, free[1:], tuple(found))
+
+
+def free_beside(target: str, free: Sequence[str], known: Mapping[str, Knob]) -> tuple[str, ...]:
+    """The target and what is found beside it: no radius of its own accord where a scene has none."""
+    names = (free,) if isinstance(free, str) else tuple(free)
+    return (target, *(name for name in names if name != target and (name in known or free is not FREE)))
 
 
 def refitted(
@@ -131,40 +145,17 @@ def refitted(
 ) -> dict[str, float]:
     """By how much the free numbers [units] move in a fit that holds some others off by `wrong` [units].
 
-    The fit is least squares on the noise-free image, by Gauss and Newton's method through the nodes. Raises ValueError
-    where it does not converge, and for numbers that the scene does not have.
+    The fit is `measurement` of the noise-free image. Raises ValueError where it does not converge, and for numbers that
+    the scene does not have.
     """
-    known = knobs(scene, camera)
-    if not set(free) | set(wrong) <= set(known):
-        raise ValueError(f"numbers are {', '.join((*free, *wrong))}; allowed: {', '.join(known)}")
-    method = fine_nodes(scene, camera)
-    names = (*free, *wrong)
-    moves = tuple((name, known[name].move) for name in names)
-    scales = np.array([known[name].scale for name in names])
-    # The image has the numbers as they are; the model has them off.
-    off = np.array([wrong[name] / known[name].scale for name in wrong])
+    known = chosen(scene, camera, (*free, *wrong))
+    measure = measurement(scene, camera, free, noise=noise)
     with x64():
-        data = _image(scene, camera, moves, jnp.asarray(scales), jnp.zeros(len(names)), method)
-        weight = weights(data, camera, noise)
-        at, count = np.zeros(len(free)), len(free)
-        for stage in range(_STAGES + 1):
-            for _ in range(_STEPS):
-                steps = jnp.asarray(np.concatenate([at, off * stage / _STAGES]))
-                made = _equations(scene, camera, moves, jnp.asarray(scales), steps, data, weight, method)
-                matrix, gradient = (np.asarray(part) for part in (made.matrix, made.gradient))
-                size = np.sqrt(np.diag(matrix)[:count])
-                inner = matrix[:count, :count] / np.outer(size, size)
-                move = -np.linalg.lstsq(inner, gradient[:count] / size, rcond=1e-12)[0] / size
-                at = at + move
-                if np.abs(move).max() <= _SETTLED * max(np.abs(at).max(), 1e-6):
-                    break
-            else:
-                raise ValueError(f"the fit with {', '.join(wrong)} off does not converge: the effect is too large")
-            # The fringes of the next stage are met where the last one's slopes put them: else it may miscount them.
-            if stage < _STAGES:
-                follow = np.linalg.lstsq(inner, (matrix[:count, count:] @ off) / size, rcond=1e-12)[0] / size
-                at = at - follow / _STAGES
-    return dict(zip(free, (at * scales[:count]).tolist(), strict=True))
+        image = render(scene, camera, fine_nodes(scene, camera))
+    found = measure(image, **{name: known[name].value + by for name, by in wrong.items()})
+    if not found.converged:
+        raise ValueError(f"the fit with {', '.join(wrong)} off does not converge: the effect is too large")
+    return {name: float(found.numbers[name]) - known[name].value for name in free}
 
 
 def derivative_images(
@@ -177,17 +168,6 @@ def derivative_images(
     with x64():
         found = np.asarray(_slopes(scene, camera, moves, jnp.asarray(scales), fine_nodes(scene, camera)))
     return dict(zip(names, found / scales[:, None, None], strict=True))
-
-
-@partial(jax.jit, static_argnames=("moves", "method"))
-def _image(scene, camera, moves: Moves, scales, steps, method: Chebyshev):
-    table = photoelectrons(scene, camera, moves, scales, method)(steps)
-    return synthesize(table, camera.shape)
-
-
-@partial(jax.jit, static_argnames=("moves", "method"))
-def _equations(scene, camera, moves: Moves, scales, steps, data, weight, method: Chebyshev):
-    return from_coefficients(photoelectrons(scene, camera, moves, scales, method), steps, camera.shape, data, weight)
 
 
 @partial(jax.jit, static_argnames=("moves", "method"))

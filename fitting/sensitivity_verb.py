@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-import newtonjax as nj
 from fitting import output, session
 from fitting.answer import as_png
 from fitting.fisher import FREE
@@ -18,22 +17,35 @@ _FILES = ("sensitivity.csv", "sensitivity.json", "sensitivity.png")
 _PICTURES = 5
 
 
-def run(path: Path, target: str, accuracy: float, free: list[str] | None, folder: Path | None, force: bool) -> int:
+def run(
+    path: Path, pixels: tuple, target: str, accuracy: float, free: list[str] | None, folder: Path | None, force: bool
+) -> int:
     """Compute, print the table, write the files; the exit status."""
-    files = output.files_of(folder, _FILES, force, (path,))
     session.prepare()
-    scene, camera = nj.load_scene(path)
-    camera = nj.Camera((512, 512), 10e-6) if camera is None else camera
+    scene, camera, said = session.scene_and_camera(path, *pixels)
+    files = output.files_of(folder, _FILES, force, (path,))
     with progress("differentiating"):
-        found = sensitivity(scene, camera, target, accuracy, FREE if free is None else free)
+        found = sensitivity(
+            scene,
+            camera,
+            target,
+            accuracy,
+            FREE if free is None else [name for text in free for name in text.split(",")],
+        )
         shown = [target, *(one.name for one in found.neglected[:_PICTURES])]
         images = derivative_images(scene, camera, shown) if files else {}
-    print(found)
+    print(f"{said}\n{found}")
     if files:
-        answers = _csv(found), output.json_text(asdict(found)), as_png(figure(found, images))
+        answer = {"scene": str(path), **asdict(found)}
+        answers = _csv(found), output.json_text(answer), as_png(figure(found, images))
         for file, content in zip(files, answers, strict=True):
             output.write(file, content, force)
     return 0
+
+
+def names_of(texts: list[str]) -> list[str]:
+    """Names out of an option's texts, which may hold several with commas."""
+    return [name for text in texts for name in text.split(",")]
 
 
 def _csv(found: Sensitivity) -> str:
@@ -52,22 +64,26 @@ def figure(found: Sensitivity, images: dict[str, np.ndarray]):
     made = Figure(figsize=(11, 5.2), layout="constrained")
     grid = made.add_gridspec(2, 5)
     axes = made.add_subplot(grid[:, :2])
-    # What may be wrong by its own size, or by a radian, need not be known.
-    rows = [one for one in found.neglected if one.tolerance < (abs(one.value) or 1.0)][::-1]
-    shares = np.array([one.tolerance / (abs(one.value) or 1.0) for one in rows])
+    # What may be wrong by its own size need not be known.
+    rows = [one for one in found.neglected if one.tolerance < one.size][::-1]
+    shares = np.array([one.tolerance / one.size for one in rows])
     axes.barh(range(len(rows)), np.log10(1 / shares), color="tab:blue", height=0.6)
     axes.set_yticks(range(len(rows)), [one.name.replace("_", " ") for one in rows])
     for k, one in enumerate(rows):
         size, unit = _readable(one.tolerance, one.unit)
         axes.annotate(f" ± {size:.3g} {unit}", (np.log10(1 / shares[k]), k), va="center", fontsize=8)
-    axes.set_xlabel("digits to which it must be known (angles: in radians)")
+    axes.set_xlabel("digits to which it must be known (tilts of 0: of a mrad, a gap: of the wavelength)")
     axes.set_title(f"to know the {found.target} to {abs(found.accuracy / found.value):.2g} of it", fontsize=10)
     axes.set_xlim(0.0, 1.35 * max(np.log10(1 / shares), default=1.0))
     for place, (name, image) in enumerate(images.items()):
         axes = made.add_subplot(grid[place // 3, 2 + place % 3])
         edge = float(np.abs(image).max()) or 1.0
         axes.imshow(image, cmap="RdBu_r", vmin=-edge, vmax=edge)
-        axes.set_title(f"image by {name.replace('_', ' ')}", fontsize=9)
+        unit = next((one.unit for one in found.neglected if one.name == name), found.unit)
+        per = f" per {unit}" if unit else ""
+        axes.set_title(
+            f"photoelectrons{per} of {name.replace('_', ' ')}\nred +{edge:.2g}, blue -{edge:.2g}", fontsize=7
+        )
         axes.set_xticks([])
         axes.set_yticks([])
     return made

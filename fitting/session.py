@@ -1,6 +1,11 @@
 """What a program of ours asks of JAX before its first use: float64, and compiled code kept between runs."""
 
 import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import newtonjax as nj
 
 
 def prepare() -> None:
@@ -23,3 +28,19 @@ def prepare() -> None:
         return
     if os.access(folder, os.W_OK):
         jax.config.update("jax_compilation_cache_dir", str(folder))
+
+
+def scene_and_camera(
+    path: Path, shape: tuple[int, int] | None = None, pixel_size: float | None = None
+) -> "tuple[nj.Scene, nj.Camera, str]":
+    """The scene of a file, its camera with what is given in place of its own, and a line that says which that is."""
+    from dataclasses import replace
+
+    import newtonjax as nj
+
+    scene, camera = nj.load_scene(path)
+    own = nj.Camera((1024, 1024), 5e-6) if camera is None else camera
+    made = replace(own, shape=shape or own.shape, pixel_size=pixel_size or own.pixel_size)
+    assumed = " (the file has no camera)" if camera is None else ""
+    rows, columns = made.shape
+    return scene, made, f"camera: {rows} x {columns} pixels of {float(made.pixel_size) * 1e6:.6g} um{assumed}"

@@ -1,13 +1,13 @@
-"""The verbs that study a bench: `tradeoff`, `sensitivity`. What is heavy is imported inside them."""
+"""The verbs that study a bench: `tradeoff`, `sensitivity`, `design`. What is heavy is imported inside them."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
 from fitting.options import Force, OutputDir, ScreenPixel, Shape
 
-Bench = Annotated[Path, typer.Argument(metavar="SCENE.toml", help="The bench, with its [camera].")]
+Bench = Annotated[Path, typer.Argument(metavar="SCENE.toml", help="The bench, with its camera.")]
 
 
 def tradeoff(
@@ -36,6 +36,8 @@ def sensitivity(
         list[str] | None,
         typer.Option(metavar="NAME", help="What a fit finds beside it; may be repeated.", show_default="as fit does"),
     ] = None,
+    shape: Shape = None,
+    pixel_size: ScreenPixel = None,
     output_dir: OutputDir = None,
     force: Force = False,
 ) -> int:
@@ -46,4 +48,47 @@ def sensitivity(
     """
     from fitting import sensitivity_verb
 
-    return sensitivity_verb.run(scene, target, accuracy, free, output_dir, force)
+    return sensitivity_verb.run(scene, (shape, pixel_size), target, accuracy, free, output_dir, force)
+
+
+def design(
+    scene: Bench,
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=LOW:HIGH", help="Bounds of a number, with units: wavelength=400nm:700nm, ..."),
+    ] = None,
+    minimize: Annotated[str, typer.Option(metavar="NAME_sd", help="Whose standard deviation.")] = "radius_sd",
+    known: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=SD", help="How well a number that the fit holds is known: 5nm, or 0.1%."),
+    ] = None,
+    choose: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=A,B,...", help="Values to choose from: wavelength=405nm,532nm.")
+    ] = None,
+    over: Annotated[
+        str | None, typer.Option(metavar="LOW:HIGH", help="Range of the target that the bench must measure.")
+    ] = None,
+    robust: Annotated[Literal["worst", "mean"], typer.Option(help="Of that range.")] = "worst",
+    pixels_per_fringe: Annotated[float, typer.Option(help="At the finest fringe, at least.")] = 2.5,
+    fill: Annotated[float, typer.Option(help="Share of the full well that the brightest pixel takes.")] = 0.9,
+    rings: Annotated[
+        str, typer.Option(metavar="LEAST:MOST", help="Rings in the field; either may be left out.")
+    ] = "0.5:",
+    starts: Annotated[int, typer.Option(min=1, max=1024, help="Searches from other places.")] = 6,
+    shape: Shape = None,
+    pixel_size: ScreenPixel = None,
+    output_dir: OutputDir = None,
+    force: Force = False,
+) -> int:
+    """Find the bench that measures the radius best, within bounds and limits.
+
+    What may vary are the numbers that `sensitivity` names, and the field (the side of the
+    image that is used). Counted are noise and what --known says. With --output-dir the
+    bench as a scene file, a picture, and the answer as CSV and JSON.
+    """
+    from fitting import design_verb
+
+    limits = {"pixels_per_fringe": pixels_per_fringe, "fill": fill, "rings": rings}
+    ranges = {"vary": vary or [], "known": known or [], "choose": choose or [], "over": over}
+    search = {"minimize": minimize, "robust": robust, "starts": starts}
+    return design_verb.run(scene, (shape, pixel_size), ranges, limits, search, output_dir, force)

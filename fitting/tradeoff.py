@@ -170,7 +170,7 @@ class _Race:
             curved_surface(self.scene)
         except ValueError:
             return False
-        return len(self.scene.beams) == 2
+        return len(self.scene.beams) == 2 and float(np.ptp(np.asarray(self.points))) > 0
 
     def _bias(self, phase: Callable, scene: nj.Scene) -> float | None:
         """Relative error of the radius that puts this method's phase nearest to the reference's."""

@@ -11,11 +11,12 @@ from jaxtyping import Array, Float
 from newtonjax import chebyshev
 from newtonjax.beams import enumerate_beams
 from newtonjax.camera import Camera
+from newtonjax.checks import require_bench
 from newtonjax.cost import predicted_seconds
 from newtonjax.fields import Fields, fields_at, polar
 from newtonjax.gap import closed_fields, gap_of, has_tilted_sphere, why_not_closed
 from newtonjax.methods import ClosedForm
-from newtonjax.planning import Plan, plan
+from newtonjax.planning import Plan, beam_amplitudes, plan
 from newtonjax.precision import afresh, require_concrete, x64
 from newtonjax.rendering import render
 from newtonjax.scene import Scene
@@ -49,7 +50,8 @@ class Explanation:
     - `plan`: the method, its nodes, its errors, and the beams that it drops.
     - `omissions`: parts in and out of the image.
     - `finest_fringe`: [pixels]; below two they pass for wider ones.
-    - `predicted_seconds`, `measured_seconds`: of one image, compiled; `compile_seconds`: of the first call beyond that.
+    - `predicted_seconds`, `measured_seconds`: of one image, compiled; `compile_seconds`: of the first call beyond that;
+      `planning_seconds`: what `render` without a method takes to choose one.
     """
 
     scene: Scene
@@ -61,6 +63,7 @@ class Explanation:
     predicted_seconds: float
     measured_seconds: float
     compile_seconds: float
+    planning_seconds: float
 
     def __str__(self) -> str:
         nodes = getattr(self.plan.method, "nodes", None)
@@ -72,7 +75,7 @@ class Explanation:
             f"error       {self.plan.phase_error:.2g} turns, {self.plan.intensity_error:.2g} of the peak "
             f"(tolerance {self.tolerance:g})",
             f"cost        predicted {_time(self.predicted_seconds)}, measured {_time(self.measured_seconds)} "
-            f"(first call {_time(self.compile_seconds)} more)",
+            f"(first call {_time(self.compile_seconds)} more; to choose the method {_time(self.planning_seconds)})",
             f"fringes     {self.finest_fringe:.3g} pixels at the finest"
             + ("; below 2 they pass for wider ones" if self.finest_fringe < 2.4 else ""),
             f"beams       {', '.join(self.plan.scene.beams)}",
@@ -107,9 +110,13 @@ def explain(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Explanatio
     Renders the image four times to measure its cost. Raises ValueError for a tolerance that is not positive, and for
     traced values.
     """
+    require_bench(scene, camera)
     require_concrete("explain", scene, camera)
     scene, camera = afresh(scene, camera)
+    plan(scene, camera, tolerance)  # compiles
+    begin = perf_counter()
     chosen = plan(scene, camera, tolerance)
+    planning = perf_counter() - begin
     first, again = _clock(chosen, camera), min(_clock(chosen, camera) for _ in range(3))
     with x64():
         points = chebyshev.node_points(camera, _POINTS)
@@ -118,7 +125,7 @@ def explain(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Explanatio
         if not whole:  # the part of the image that light reaches; where it does not, there is nothing
             points = points[np.flatnonzero(fields.arrives)] if fields.arrives.any() else points[:1]
             fields = _probe(scene, points)
-        parts = [*_of_beams(scene, chosen, fields), *_inside(scene, chosen, points, fields)]
+        parts = [*_of_beams(scene, camera, chosen, fields), *_inside(scene, chosen, points, fields)]
         frequency = _frequency(scene, camera, points)
         parts.append(_pixel(fields, frequency, whole))
         parts.append(_line_width(scene, fields, tolerance))
@@ -133,6 +140,7 @@ def explain(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Explanatio
         predicted_seconds(chosen.method, chosen.scene, camera),
         again,
         max(first - again, 0.0),
+        planning,
     )
 
 
@@ -160,34 +168,31 @@ def _difference(one: Fields, other: Fields) -> float:
     return min(_BETWEEN * float(change.max()), 2.0 * _peak(one)) / _peak(one)
 
 
-def _of_beams(scene: Scene, chosen: Plan, fields: Fields) -> list[Omission]:
-    """The beams that are dropped, and all that the scene does not follow, by their energy on the axis."""
-    known = enumerate_beams(scene.media, scene.view, _REFLECTIONS)
-    energy = {beam.word: beam.energy for beam in known}
-    own = sum(np.sqrt(energy.get(word, 0.0)) for word in scene.beams)
-    peak = _peak(fields)
+def _of_beams(scene: Scene, camera: Camera, chosen: Plan, fields: Fields) -> list[Omission]:
+    """The scene's beams by the amplitudes that its rays have; those that it does not follow by those on the axis."""
+    own, peak = beam_amplitudes(scene, camera), _peak(fields)
 
-    def change(words) -> float:
-        more = sum(np.sqrt(energy.get(word, 0.0)) for word in words)
-        return float((2 * more * own + more**2) / peak)
+    def change(more: float, others: float) -> float:
+        return (2 * more * others + more**2) / peak
 
-    found = [Omission("beams", _weakest(scene, energy), True, f"the weakest of {len(scene.beams)}")]
+    weakest, *rest = sorted(own.values())
+    found = [Omission("beams", change(weakest, sum(rest)), True, f"the weakest of {len(scene.beams)}")]
     if chosen.dropped:
         note = f"{', '.join(chosen.dropped)}: too weak to matter here"
-        found.append(Omission("beams of the scene, dropped", change(chosen.dropped), False, note))
+        lost = sum(own[word] for word in chosen.dropped)
+        error = change(lost, sum(own[word] for word in chosen.scene.beams))
+        found.append(Omission("beams of the scene, dropped", error, False, note))
+    known = enumerate_beams(scene.media, scene.view, _REFLECTIONS)
     others = [beam for beam in known if beam.word not in scene.beams and beam.energy > 0]
     if others:
+        upright = _light_upright(scene) is None
+        error = change(sum(np.sqrt(beam.energy) for beam in others), sum(own.values())) if upright else None
         names = ", ".join(beam.name for beam in others[:3])
         note = f"{len(others)} of up to {_REFLECTIONS} reflections, if coherent: {names}, ..."
-        found.append(Omission("more beams", change([beam.word for beam in others]), False, note))
+        found.append(Omission("more beams", error, False, note if upright else f"{note}; oblique light has no number"))
+    note = "rays that parts of the lens beyond those seen here would send into the image; they are not looked for"
+    found.append(Omission("light from beyond the image", None, False, note))
     return found
-
-
-def _weakest(scene: Scene, energy: dict) -> float:
-    """What the weakest beam adds: its fringes with all others."""
-    sizes = sorted(np.sqrt(energy.get(word, 0.0)) for word in scene.beams)
-    total = sum(sizes)
-    return float(2 * sizes[0] / total) if len(sizes) > 1 and total else 1.0
 
 
 def _inside(scene: Scene, chosen: Plan, points: Float[Array, "n 2"], fields: Fields) -> list[Omission]:

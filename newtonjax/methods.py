@@ -99,17 +99,18 @@ class Chebyshev(AbstractMethod):
     For fields without edges: every beam must reach every node.
 
     - `nodes`: 2 to 129 to a side.
-    - `dtype`: "float64", or "float32" for the pixels, in half of the memory and at most 2e-5 of the peak away up to 250
-      turns; rays and nodes are in float64 in either. None is JAX's setting. Derivatives are computed in float64.
+    - `dtype`: "float64", or "float32" for the pixels, in half of the memory and, where the nodes resolve the fields, at
+      most 2e-5 of the peak away up to 250 turns; rays and nodes are in float64 in either. None is JAX's setting.
+      Derivatives are computed in float64.
     """
 
     nodes: int = eqx.field(static=True, default=17)
     dtype: str | None = eqx.field(static=True, default=None)
 
     def __check_init__(self):
-        if not 2 <= self.nodes <= 129:
-            raise ValueError(f"nodes is {self.nodes}; allowed: 2 to 129 to a side")
-        if self.dtype not in (None, "float32", "float64"):
+        if not isinstance(self.nodes, int) or not 2 <= self.nodes <= 129:
+            raise ValueError(f"nodes is {self.nodes!r}; allowed: a whole number from 2 to 129, to a side")
+        if self.dtype is not None and not (isinstance(self.dtype, str) and self.dtype in ("float32", "float64")):
             raise ValueError(f"dtype is {self.dtype!r}; allowed: 'float32', 'float64', or None for JAX's setting")
 
     def check(self, scene: Scene) -> None:
@@ -157,7 +158,8 @@ def error_from_nodes(fields: Fields, count: int) -> ErrorEstimate:
     Left out are the shells of coefficients beyond the cut as far as the nodes tell them, and beyond these what their
     last two shells would grow to if they went on at the rate at which shells decay there; folding back on fewer nodes
     doubles it (Trefethen 2013, Approximation Theory and Approximation Practice, theorem 8.2). Two shells, since one of
-    them vanishes in a symmetric field.
+    them vanishes in a symmetric field; and the slower of their rate and that over twice as many, since the last ones
+    hold what the nodes do not tell from them.
     """
     modulus, phase = polar(fields)
 
@@ -166,9 +168,10 @@ def error_from_nodes(fields: Fields, count: int) -> ErrorEstimate:
         # With hardly more nodes than are kept their last shells lie at the cut itself.
         end = shell.shape[-1] if shell.shape[-1] >= count + 4 else count
         edge = shell[..., end - 2] + shell[..., end - 1]
-        before = shell[..., max(end - 4, 0)] + shell[..., max(end - 3, 1)]
-        rate = jnp.minimum(edge / jnp.where(before > 0, before, 1.0), 0.9)
-        further = edge * jnp.maximum(rate / (1 - rate), 0.1)
+        before, long = (shell[..., max(end - k, 0)] + shell[..., max(end - k + 1, 1)] for k in (4, 8))
+        rates = (edge / jnp.where(before > 0, before, 1.0), (edge / jnp.where(long > 0, long, 1.0)) ** (1 / 3))
+        rate = jnp.minimum(jnp.maximum(*rates), 0.9)
+        further = edge * jnp.maximum(rate / (1 - rate), 1.0 if end < count + 4 else 0.1)
         beyond = shell[..., count:].sum(axis=-1)
         return 2 * (beyond + further if end > count else jnp.maximum(further, beyond))
 

@@ -10,6 +10,7 @@ from jaxtyping import Array, Float
 
 from newtonjax import chebyshev
 from newtonjax.camera import Camera
+from newtonjax.checks import require_bench, require_method, unreached
 from newtonjax.methods import Chebyshev
 from newtonjax.precision import require_x64, x64
 from newtonjax.quantities import is_concrete
@@ -47,9 +48,11 @@ def normal_equations(
       weights: per pixel, or a function of the image that gives them, such as one over its variance; None for 1.
       method: the nodes; `Chebyshev()` unless given.
 
-    Raises ValueError for parameters that are no vector, RuntimeError within a transformation in float32.
+    Raises ValueError for parameters that are no vector, tables of another shape, and beams that miss a node (not within
+    a transformation, where numbers are not known); RuntimeError within a transformation in float32.
 
     """
+    require_method(method, Chebyshev)
     method = Chebyshev() if method is None else method
     if jnp.ndim(parameters) != 1:
         raise ValueError(f"parameters has shape {jnp.shape(parameters)}; allowed: a vector")
@@ -57,19 +60,32 @@ def normal_equations(
         require_x64("normal_equations")
         return _equations(bench, parameters, camera, data, weights, method)
     with x64():
-        return _equations(bench, jnp.asarray(parameters, dtype=float), camera, data, weights, method)
+        values = jnp.asarray(parameters, dtype=float)
+        scene, seen_by = _pair(bench, values, camera)
+        if not method.fields(scene, seen_by).arrives.all():
+            raise unreached(method)
+        return _equations(bench, values, camera, data, weights, method)
 
 
 def _equations(bench, parameters, camera, data, weights, method) -> NormalEquations:
-    def pair(values) -> tuple[Scene, Camera]:
-        made = bench(values)
-        return (made, camera) if camera is not None else made
-
     def of_nodes(values):
-        scene, seen_by = pair(values)
-        return method.coefficients(method.fields(scene, seen_by))
+        return method.coefficients(method.fields(*_pair(bench, values, camera)))
 
-    return from_coefficients(of_nodes, parameters, pair(parameters)[1].shape, data, weights)
+    shape = _pair(bench, parameters, camera)[1].shape
+    for name, table in (("data", data), ("weights", weights)):
+        if table is not None and not callable(table) and np.shape(table) != shape:
+            raise ValueError(f"{name} has shape {np.shape(table)}; allowed: the camera's, {shape}")
+    return from_coefficients(of_nodes, parameters, shape, data, weights)
+
+
+def _pair(bench, values, camera: Camera | None) -> tuple[Scene, Camera]:
+    made = bench(values)
+    if camera is not None:
+        made = (made, camera)
+    elif not (isinstance(made, tuple) and len(made) == 2):
+        raise ValueError("without a camera the bench must return (scene, camera); give one of them")
+    require_bench(*made)
+    return made
 
 
 def from_coefficients(

@@ -41,5 +41,5 @@ def require_concrete(what: str, *trees) -> None:
     if not is_concrete(*trees):
         raise ValueError(
             f"{what} needs numbers, but the scene or the camera is being traced by a JAX transformation; "
-            "call it outside and pass its method to render"
+            "call it outside of jit, grad and vmap"
         )

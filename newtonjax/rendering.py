@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from newtonjax.camera import Camera
+from newtonjax.checks import require_bench, require_method, unreached
 from newtonjax.methods import AbstractMethod, Chebyshev, ClosedForm
 from newtonjax.planning import plan
 from newtonjax.precision import afresh, require_x64, x64
@@ -46,8 +47,8 @@ def opd(
 
 
 def _run(kernel, scene, camera, method, tolerance):
-    if method is not None and not isinstance(method, AbstractMethod):
-        raise ValueError(f"method is {method!r}; allowed: a method such as Chebyshev(), ClosedForm() or Traced()")
+    require_bench(scene, camera)
+    require_method(method)
     scene, camera = afresh(scene, camera)
     if not is_concrete(scene, camera):
         method = Chebyshev() if method is None else method
@@ -79,14 +80,6 @@ def pixels_as_set(method: AbstractMethod) -> AbstractMethod:
     if not isinstance(method, Chebyshev) or method.dtype is not None:
         return method
     return replace(method, dtype="float64" if jax.config.read("jax_enable_x64") else "float32")
-
-
-def unreached(method: AbstractMethod) -> ValueError:
-    """What to raise where a beam does not arrive."""
-    return ValueError(
-        f"{type(method).__name__} cannot honour a beam that does not reach the whole image (it misses a surface, "
-        "is totally reflected, or ends at a focus); use Traced()"
-    )
 
 
 def _as_float32(image):

@@ -10,10 +10,11 @@ from jaxtyping import Float
 
 from newtonjax import chebyshev
 from newtonjax.camera import Camera, middle
+from newtonjax.checks import require_bench, require_method, require_whole, unreached
 from newtonjax.methods import AbstractMethod, Chebyshev, Traced
 from newtonjax.planning import plan
 from newtonjax.precision import afresh, require_concrete, x64
-from newtonjax.rendering import pixels_as_set, render, unreached
+from newtonjax.rendering import pixels_as_set, render
 from newtonjax.scene import Scene
 from newtonjax.splatting import Splat
 from newtonjax.strips import strips, synthesize_strips
@@ -84,9 +85,10 @@ def blocks(
     Raises ValueError as `render` does, for fewer than one row, for `Splat`, whose pairs lie all over the image, and for
     traced values.
     """
+    require_bench(scene, camera)
+    require_method(method)
     require_concrete("blocks", scene, camera)
-    if rows is not None and rows < 1:
-        raise ValueError(f"rows is {rows}; allowed: 1 or more")
+    require_whole("rows", rows)
     if isinstance(method, Splat):
         raise ValueError("Splat pairs rays over the whole image; give blocks another method")
     scene, camera = afresh(spare_component(scene), camera)

@@ -10,10 +10,11 @@ import numpy as np
 from jaxtyping import Array
 
 from newtonjax.camera import Camera
+from newtonjax.checks import require_camera, require_method, require_whole, unreached
 from newtonjax.methods import AbstractMethod, Chebyshev, ClosedForm, Traced
 from newtonjax.planning import plan
 from newtonjax.precision import afresh, require_concrete, x64
-from newtonjax.rendering import pixels_as_set, unreached
+from newtonjax.rendering import pixels_as_set
 from newtonjax.scene import Scene
 from newtonjax.splatting import Splat
 
@@ -48,15 +49,17 @@ def sweep(
     Raises ValueError for lengths that differ, for what a bench or a method refuses, naming the scene, and for `Splat`.
 
     """
+    require_camera(camera)
+    require_method(method)
     require_concrete("sweep", values, camera)
     if isinstance(method, Splat):
         raise ValueError("Splat cannot be compiled for many scenes; give sweep another method")
-    if batch is not None and batch < 1:
-        raise ValueError(f"batch is {batch}; allowed: 1 or more")
-    table = {name: np.asarray(value, dtype=float) for name, value in values.items()}
+    require_whole("batch", batch)
+    table = {name: _numbers(name, value) for name, value in values.items()}
     lengths = {name: len(value) for name, value in table.items() if value.ndim}
-    if len(set(lengths.values())) != 1 or any(value.ndim > 1 for value in table.values()):
-        raise ValueError(f"values have lengths {lengths or 'of single numbers'}; allowed: arrays of one length")
+    if len(set(lengths.values())) != 1:
+        given = f"have lengths {lengths}" if lengths else "are single numbers, or none"
+        raise ValueError(f"values {given}; allowed: arrays of one length, and single numbers beside them")
     count = next(iter(lengths.values()))
     if not count:
         raise ValueError("values are empty; allowed: one scene or more")
@@ -79,6 +82,18 @@ def sweep(
     return found if jax.config.read("jax_enable_x64") else jax.tree.map(_rounded, found)
 
 
+def _numbers(name: str, value) -> np.ndarray:
+    try:
+        found = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"values: {name} is {value!r}; allowed: numbers (give the bench what is none by functools.partial)"
+        ) from None
+    if found.ndim > 1:
+        raise ValueError(f"values: {name} has shape {found.shape}; allowed: an array of one axis, or a number")
+    return found
+
+
 def _row(rows: dict[str, np.ndarray], number: int) -> dict[str, float]:
     return {name: float(value[number]) for name, value in rows.items()}
 
@@ -96,7 +111,7 @@ def _named(rows, number: int, call: Callable[[dict[str, float]], Any]) -> Any:
     row = _row(rows, number)
     try:
         return call(row)
-    except ValueError as error:
+    except (TypeError, ValueError) as error:
         raise ValueError(f"scene {number} ({_text(row)}): {error}") from None
 
 

@@ -125,7 +125,7 @@ def test_a_sweep_takes_the_memory_of_a_batch():
         ({"wavelength": 5e-7}, "allowed: arrays of one length"),
         ({"wavelength": []}, "empty"),
         ({"radius": [1.0, 0.0]}, "radius is 0.0"),
-        ({"radius": [1.0, 2.0], "gap": [[1.0]]}, "allowed: arrays of one length"),
+        ({"radius": [1.0, 2.0], "gap": [[1.0]]}, "allowed: an array of one axis, or a number"),
     ],
 )
 def test_a_sweep_refuses_with_a_line(values, message):

@@ -155,9 +155,9 @@ def test_a_number_that_changes_nothing_is_infinite():
 @pytest.mark.parametrize(
     ("free", "message"),
     [
-        (("radius", "colour"), "free is radius, colour; allowed"),
+        (("radius", "colour"), "'colour' is no number of this scene; allowed"),
         (("gap", "gap"), "at most once"),
-        ((), "free is empty"),
+        ((), "no number is named"),
     ],
 )
 def test_unknown_numbers_are_refused(free, message):

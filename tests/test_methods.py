@@ -208,7 +208,7 @@ def test_a_path_difference_of_other_than_two_beams_is_refused(method):
 
 @pytest.mark.parametrize("count", [1, 130])
 def test_a_count_of_nodes_that_no_grid_has_is_refused(count):
-    with pytest.raises(ValueError, match=f"nodes is {count}; allowed: 2 to 129"):
+    with pytest.raises(ValueError, match=f"nodes is {count}; allowed: a whole number from 2 to 129"):
         nj.Chebyshev(count)
 
 

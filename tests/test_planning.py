@@ -84,5 +84,5 @@ def test_a_tolerance_that_promises_nothing_is_refused(tolerance):
 
 
 def test_planning_under_a_transformation_is_refused_with_what_to_do():
-    with pytest.raises(ValueError, match="call it outside and pass its method to render"):
+    with pytest.raises(ValueError, match="call it outside of jit, grad and vmap"):
         jax.jit(lambda radius: nj.plan(nj.newton_rings(radius), nj.Camera(SHAPE, 1e-5)).phase_error)(1.0)

@@ -42,7 +42,7 @@ def test_the_table_says_what_accuracy_takes(found):
     assert table["wavelength"].tolerance == pytest.approx(1e-3 * 550e-9, rel=0.1)
     assert table["pixel_size"].slope > 0 > table["wavelength"].slope
     assert found.sd == pytest.approx(fitting.information(SCENE, CAMERA).sd("radius"), rel=1e-6)
-    order = [one.tolerance / knobs(SCENE, CAMERA)[one.name].scale for one in found.neglected]
+    order = [one.tolerance / one.size for one in found.neglected]
     assert order == sorted(order)
     assert "to know it to 0.002 m (0.001 of it)" in str(found)
 
@@ -71,7 +71,7 @@ def test_the_verb_prints_a_table_and_writes_it_with_a_picture(tmp_path, capsys):
     assert (folder / "sensitivity.png").read_bytes().startswith(b"\x89PNG")
     assert "is there already" in refusal(capsys, "sensitivity", path, "--output-dir", folder)
     assert "allowed: a positive fraction" in refusal(capsys, "sensitivity", path, "--accuracy", "0")
-    assert "allowed: each at most once of" in refusal(capsys, "sensitivity", path, "--target", "colour")
+    assert "is no number of this scene; allowed: radius" in refusal(capsys, "sensitivity", path, "--target", "colour")
 
 
 def test_a_fit_that_cannot_be_made_is_refused():

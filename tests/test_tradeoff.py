@@ -45,7 +45,7 @@ def test_the_verb_prints_a_table_and_writes_it_with_a_picture(tmp_path, capsys):
     (tmp_path / "scene.toml").write_text(SCENE)
     assert main(["tradeoff", str(tmp_path / "scene.toml"), "--output-dir", str(tmp_path / "out")]) == 0
     said = capsys.readouterr().out
-    assert "bias of r_L" in said
+    assert "radius bias" in said
     ways = json.loads((tmp_path / "out" / "tradeoff.json").read_text())["ways"]
     with (tmp_path / "out" / "tradeoff.csv").open(newline="") as file:
         assert [row["name"] for row in csv.DictReader(file)] == [way["name"] for way in ways]

@@ -1,0 +1,79 @@
+"""The measured radius as a function of image and assumptions: right, differentiable, batched, and refused where not."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import fitting
+import newtonjax as nj
+
+SCENE = nj.newton_rings(2.0, 550e-9, 0.3e-6, "reflected", screen="gap")
+CAMERA = nj.Camera((48, 52), 100e-6)
+ASSUMED = {"pixel_size": 100.2e-6, "wavelength": 550.3e-9}
+
+
+@pytest.fixture(scope="module")
+def measure():
+    return fitting.measurement(SCENE, CAMERA)
+
+
+@pytest.fixture(scope="module")
+def noisy():
+    image = np.asarray(nj.render(SCENE, CAMERA, nj.Chebyshev(17)))
+    return image + 0.03 * image.max() * np.random.default_rng(1).normal(size=image.shape)
+
+
+def test_a_perfect_image_gives_the_scene_back(measure):
+    found = measure(nj.render(SCENE, CAMERA, nj.Chebyshev(17)))
+    assert bool(found.converged)
+    assert float(found.numbers["radius"]) == pytest.approx(2.0, rel=1e-9)
+    assert float(found.misfit) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_what_is_assumed_moves_it_as_the_formula_says(measure):
+    """R = s² / (fringe scale λ)."""
+    image = nj.render(SCENE, CAMERA, nj.Chebyshev(17))
+    found = measure(image, **ASSUMED)
+    assert float(found.numbers["radius"]) == pytest.approx(2.0 * 1.002**2 / (550.3 / 550), rel=1e-6)
+
+
+def test_derivatives_are_those_of_differences(measure, noisy):
+    """By the image in a random direction and by what is assumed, at an image with noise: second derivatives count."""
+
+    def radius(image, pixel_size, wavelength):
+        return measure(image, pixel_size=pixel_size, wavelength=wavelength).numbers["radius"]
+
+    at = (jnp.asarray(noisy), *ASSUMED.values())
+    slopes = jax.grad(radius, (0, 1, 2))(*at)
+    direction = np.random.default_rng(2).normal(size=noisy.shape) * noisy.max()
+    moves = [(direction, 0.0, 0.0, 1e-5), (0.0, 1e-6, 0.0, 1e-4), (0.0, 0.0, 1e-9, 1e-3)]
+    for image, size, wave, step in moves:
+        ahead, back = (
+            radius(*(part + sign * step * move for part, move in zip(at, (image, size, wave), strict=True)))
+            for sign in (1, -1)
+        )
+        exact = float(jnp.sum(slopes[0] * image) + slopes[1] * size + slopes[2] * wave)
+        assert (float(ahead) - float(back)) / (2 * step) == pytest.approx(exact, rel=1e-5)
+
+
+def test_images_are_measured_side_by_side(measure, noisy):
+    many = jnp.stack([jnp.asarray(noisy), jnp.asarray(noisy)[::-1], jnp.asarray(noisy)[:, ::-1]])
+    found = jax.jit(jax.vmap(lambda image: measure(image).numbers["radius"]))(many)
+    alone = [float(measure(image).numbers["radius"]) for image in many]
+    np.testing.assert_allclose(found, alone, rtol=1e-9)
+
+
+def test_what_has_no_rings_does_not_converge(measure):
+    found = measure(np.zeros(CAMERA.shape))
+    assert not bool(found.converged)
+    assert np.isnan(float(found.numbers["radius"]))
+
+
+def test_it_refuses_with_a_line(measure):
+    with pytest.raises(ValueError, match=r"the image has shape \(3, 3\); allowed: the camera's, \(48, 52\)"):
+        measure(np.ones((3, 3)))
+    with pytest.raises(ValueError, match="radius is free: it is found, not assumed"):
+        measure(np.ones(CAMERA.shape), radius=2.0)
+    with pytest.raises(ValueError, match="'colour' is no number of this scene"):
+        measure(np.ones(CAMERA.shape), colour=1.0)
