@@ -126,7 +126,7 @@ def _solve(scene, camera, image, shift, scales, noise: Scalar | None, moves: Mov
             matrix = made.matrix[:count, :count]
             move = _least(matrix, made.gradient[:count])
             at = at - move
-            settled = jnp.abs(move).max() <= _SETTLED * jnp.maximum(jnp.abs(at).max(), 1e-6)
+            settled = jnp.abs(move).max() <= _SETTLED * jnp.maximum(jnp.abs(at).max(), 1e-2)
             # The fringes of the next stage are met where this one's slopes put them: else it may miscount them.
             follow = _least(matrix, made.matrix[:count, count:] @ shift) / whole
             at = jnp.where(settled & (stage < stages), at - follow, at)
@@ -139,7 +139,7 @@ def _solve(scene, camera, image, shift, scales, noise: Scalar | None, moves: Mov
     at, converged = jax.lax.custom_root(gradient, jnp.zeros(count), search, _solved, has_aux=True)
     made = equations(at, shift)
     good = (converged > 0) & _determined(made.matrix[:count, :count])
-    return jnp.where(good, at, jnp.nan), made.misfit, good
+    return at * jnp.where(good, 1.0, jnp.nan), made.misfit, good  # a factor, so that derivatives are NaN too
 
 
 def _solved(linear, right):

@@ -72,7 +72,7 @@ def figure(found: Sensitivity, images: dict[str, np.ndarray]):
     for k, one in enumerate(rows):
         size, unit = _readable(one.tolerance, one.unit)
         axes.annotate(f" ± {size:.3g} {unit}", (np.log10(1 / shares[k]), k), va="center", fontsize=8)
-    axes.set_xlabel("digits to which it must be known (tilts of 0: of a mrad, a gap: of the wavelength)")
+    axes.set_xlabel("digits to which it must be known\n(of a mrad for tilts of 0, of the wavelength for a gap)")
     axes.set_title(f"to know the {found.target} to {abs(found.accuracy / found.value):.2g} of it", fontsize=10)
     axes.set_xlim(0.0, 1.35 * max(np.log10(1 / shares), default=1.0))
     for place, (name, image) in enumerate(images.items()):
@@ -80,7 +80,7 @@ def figure(found: Sensitivity, images: dict[str, np.ndarray]):
         edge = float(np.abs(image).max()) or 1.0
         axes.imshow(image, cmap="RdBu_r", vmin=-edge, vmax=edge)
         unit = next((one.unit for one in found.neglected if one.name == name), found.unit)
-        per = f" per {unit}" if unit else ""
+        per = f" per {unit or 'unit'}"
         axes.set_title(
             f"photoelectrons{per} of {name.replace('_', ' ')}\nred +{edge:.2g}, blue -{edge:.2g}", fontsize=7
         )

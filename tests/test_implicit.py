@@ -57,6 +57,14 @@ def test_derivatives_are_those_of_differences(measure, noisy):
         assert (float(ahead) - float(back)) / (2 * step) == pytest.approx(exact, rel=1e-5)
 
 
+@pytest.mark.parametrize("wrong", [0.0, 1e-9, 1e-6, 1e-4])
+def test_however_little_is_wrong_the_fit_ends(measure, wrong):
+    """On a perfect image the last steps are rounding."""
+    image = nj.render(SCENE, CAMERA, nj.Chebyshev(17))
+    slope = jax.grad(lambda size: measure(image, pixel_size=size).numbers["radius"])(100e-6 * (1 + wrong))
+    assert float(slope) == pytest.approx(2 * 2.0 / 100e-6 * (1 + wrong), rel=1e-4)
+
+
 def test_images_are_measured_side_by_side(measure, noisy):
     many = jnp.stack([jnp.asarray(noisy), jnp.asarray(noisy)[::-1], jnp.asarray(noisy)[:, ::-1]])
     found = jax.jit(jax.vmap(lambda image: measure(image).numbers["radius"]))(many)
@@ -68,6 +76,8 @@ def test_what_has_no_rings_does_not_converge(measure):
     found = measure(np.zeros(CAMERA.shape))
     assert not bool(found.converged)
     assert np.isnan(float(found.numbers["radius"]))
+    slope = jax.grad(lambda size: measure(jnp.zeros(CAMERA.shape), pixel_size=size).numbers["radius"])(100e-6)
+    assert np.isnan(float(slope))
 
 
 def test_it_refuses_with_a_line(measure):
