@@ -36,6 +36,7 @@ from fitting.options import (
     View,
     Wave,
     WaveSd,
+    one_by_one,
     option,
 )
 from fitting.studies import design, sensitivity, tradeoff
@@ -66,25 +67,13 @@ def main(arguments: list[str] | None = None) -> int:
     if not arguments:
         return _fail("no verb given; give render, fit, scale, rings or another one (newtonjax --help explains them)")
     try:
-        return app(args=_one_by_one(arguments), prog_name="newtonjax", standalone_mode=False) or 0
+        return app(args=one_by_one(arguments), prog_name="newtonjax", standalone_mode=False) or 0
     except typer.TyperException as error:
         return _fail(error.format_message())
     except (ValueError, OSError) as error:
         return _fail(str(error))
     except typer.Abort:
         return 130
-
-
-def _one_by_one(arguments: list[str]) -> list[str]:
-    """`--vary a=1 b=2` as `--vary a=1 --vary b=2`: of the options that take NAME=VALUE."""
-    made, option = [], ""
-    for argument in arguments:
-        if argument.startswith("-"):
-            option = argument if argument in ("--vary", "--known", "--choose") else ""
-        elif option and "=" in argument and made[-1] != option:
-            made.append(option)
-        made.append(argument)
-    return made
 
 
 def _fail(message: str) -> int:

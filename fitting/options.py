@@ -24,6 +24,18 @@ def option(parse: Callable[[str], Any], metavar: str, what: str, default: str = 
     return typer.Option(parser=read, metavar=metavar, help=what, show_default=default or False)
 
 
+def one_by_one(arguments: list[str]) -> list[str]:
+    """`--vary a=1 b=2` as `--vary a=1 --vary b=2`: of the options that take NAME=VALUE."""
+    made, option = [], ""
+    for argument in arguments:
+        if argument.startswith("-"):
+            option = argument if argument in ("--vary", "--known", "--choose") else ""
+        elif option and "=" in argument and made[-1] != option:
+            made.append(option)
+        made.append(argument)
+    return made
+
+
 def _screen(text: str) -> float | str:
     return "gap" if text == "gap" else quantities.length(text)
 
