@@ -39,7 +39,7 @@ def main() -> None:
     options = records.arguments(__doc__, "a smaller image to fit, nothing written")
     scene = nj.newton_rings(RADIUS, WAVELENGTH)
     camera = nj.Camera((SIZE, SIZE), PIXEL)
-    image = np.asarray(nj.render(scene, camera, tolerance=1e-6))
+    image = np.asarray(nj.render(scene, camera, nj.Chebyshev(17)))
     between = dark_rings(image[SIZE // 2, SIZE // 2 :], 6)
     table = {"paper": {}, "ours": {}}
     for order, (pixel, radius) in PAPER.items():
