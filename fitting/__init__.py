@@ -10,6 +10,7 @@ _HOME = {
     "Parameter": "result",
     "RingsResult": "rings_result",
     "Sensitivity": "sensitivities",
+    "Spread": "sobol",
     "design": "designs",
     "fit": "measure",
     "information": "fisher",
@@ -21,6 +22,7 @@ _HOME = {
     "sample": "mcmc",
     "sensitivity": "sensitivities",
     "scale": "reticle",
+    "spread": "sobol",
     "Scale": "scale_result",
 }
 

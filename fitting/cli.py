@@ -38,7 +38,9 @@ from fitting.options import (
     WaveSd,
     one_by_one,
     option,
+    own_columns,
 )
+from fitting.refusal import UndeterminedError
 from fitting.studies import design, sensitivity, tradeoff
 
 app = typer.Typer(
@@ -71,14 +73,14 @@ def main(arguments: list[str] | None = None) -> int:
     except typer.TyperException as error:
         return _fail(error.format_message())
     except (ValueError, OSError) as error:
-        return _fail(str(error))
+        return _fail(str(error), 3 if isinstance(error, UndeterminedError) else 2)
     except typer.Abort:
         return 130
 
 
-def _fail(message: str) -> int:
+def _fail(message: str, status: int = 2) -> int:
     print("newtonjax:", " ".join(message.split()), file=sys.stderr)
-    return 2
+    return status
 
 
 def _show_version(asked: bool) -> bool:
@@ -268,16 +270,9 @@ def rings(
         "index": index,
         "index_sd": index_sd,
         "expected_radius": expected_radius,
-        "columns": dict(_named(text) for text in column or []),
+        "columns": own_columns(column or []),
     }
     return rings_verb.run(table, given, Outputs(json, output_dir, force))
-
-
-def _named(text: str) -> tuple[str, str]:
-    name, sign, own = (part.strip() for part in text.partition("="))
-    if not (name and sign and own):
-        raise ValueError(f"--column {text!r}; give NAME=COLUMN, such as diameter_mm=D")
-    return name, own
 
 
 app.command()(tradeoff)

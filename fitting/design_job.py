@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from fitting.fisher import information
-from fitting.knobs import Knob, chosen, knobs
+from fitting.knobs import Knob, chosen, knobs, still
+from fitting.known import deviation, require_held
 from fitting.prospects import FIELD, Bench, Layout, Limits, deviations
 from fitting.sensitivities import free_beside
 from newtonjax.camera import Camera, middle
@@ -19,35 +20,30 @@ class Job:
         self.scene, self.camera, self.vary, self.choose, self.target = scene, camera, vary, choose, target
         found = knobs(scene, camera)
         self.names = (*vary, *choose)
+        may_vary = with_field(camera, found)
         if not vary and not choose:
-            raise ValueError(f"nothing varies; allowed: {FIELD}, {', '.join(found)}")
+            raise ValueError(f"nothing varies; allowed: {', '.join(may_vary)}")
         if twice := (set(vary) & set(choose)) | ({target} & set(self.names)):
             raise ValueError(f"{sorted(twice)[0]} cannot be varied here: it has another part already")
-        self.numbers = (
-            chosen(scene, camera, tuple(n for n in self.names if n != FIELD)) if self.names != (FIELD,) else {}
-        )
+        self.numbers = chosen(may_vary, self.names)
         self.free = free_beside(target, free, found)
-        held = tuple(name for name in known if name not in self.free)
-        if held != tuple(known):
-            raise ValueError(f"{', '.join(set(known) - set(held))} is found by the fit; known: numbers that it holds")
-        self.moved = chosen(scene, camera, (*self.free, *held))
-        given = [_deviation(name, sd) for name, sd in known.items()]
+        require_held(known, self.free)
+        held = tuple(known)
+        self.moved = chosen(found, (*self.free, *held))
+        given = [deviation(name, sd) for name, sd in known.items()]
         self.relative = tuple(share for share, _ in given)
         self.deviations = tuple(sd for _, sd in given)
         self.held = held
         for name, (low, high) in vary.items():
             if not -np.inf < low < high < np.inf:
                 raise ValueError(f"{name} varies from {low} to {high}; allowed: a low and a higher finite number")
-            if (name == FIELD or self.numbers[name].positive) and low <= 0:
+            if self.numbers[name].positive and low <= 0:
                 raise ValueError(f"{name} varies from {low}; allowed: above zero")
         own = self.moved[target].value
         self.over = np.array([own] if over is None else over, dtype=float)
         if self.over.ndim != 1 or not len(self.over) or not np.all(np.isfinite(self.over) & (self.over != 0)):
             raise ValueError(f"over is {over!r}; allowed: values of the {target}, none of them 0")
-        self.before = np.array([self.value(name) for name in self.names])
-
-    def value(self, name: str) -> float:
-        return min(self.camera.shape) * float(self.camera.pixel_size) if name == FIELD else self.numbers[name].value
+        self.before = np.array([knob.value for knob in self.numbers.values()])
 
     def bench(self, limits: Limits) -> Bench:
         moved = list(self.moved.values())
@@ -62,25 +58,21 @@ class Job:
         )
 
     def layout(self, nodes: int, samples: int) -> Layout:
-        varied = tuple((name, _still if name == FIELD else self.numbers[name].move) for name in self.names)
+        varied = tuple((knob.name, knob.move) for knob in self.numbers.values())
         moves = tuple((knob.name, knob.move) for knob in self.moved.values())
         return Layout(varied, moves, len(self.free), tuple(self.relative), nodes, samples)
 
     def made(self, design: np.ndarray, target: float) -> tuple[Scene, Camera]:
         """The bench of a design, its camera cropped to the field."""
         scene, camera = self.scene, self.camera
-        field = None
-        for name, value, was in zip(self.names, design, self.before, strict=True):
-            if name == FIELD:
-                field = value
-            else:
-                scene, camera = self.numbers[name].move(scene, camera, value - was)
+        for varied, value in zip(self.numbers.values(), design, strict=True):
+            scene, camera = varied.move(scene, camera, value - varied.value)
         knob: Knob = self.moved[self.target]
         scene, camera = knob.move(scene, camera, target - knob.value)
         camera = replace(camera, pixel_size=float(camera.pixel_size), exposure=float(camera.exposure))
-        if field is None:
+        if FIELD not in self.names:
             return scene, camera
-        share = field / (min(self.camera.shape) * float(camera.pixel_size))
+        share = design[self.names.index(FIELD)] / (min(self.camera.shape) * float(camera.pixel_size))
         rows, columns = (max(round(n * share), 2) for n in self.camera.shape)
         centre = camera.centre_px
         if centre is not None:
@@ -88,21 +80,10 @@ class Job:
         return scene, replace(camera, shape=(rows, columns), centre_px=centre)
 
 
-def _still(scene, camera, by):
-    """The field is no number of scene or camera."""
-    del by
-    return scene, camera
-
-
-def _deviation(name: str, given: float | str) -> tuple[bool, float]:
-    text = str(given).strip()
-    try:
-        value = float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
-    except ValueError:
-        value = np.nan
-    if not 0 <= value < np.inf:
-        raise ValueError(f"known: {name} is {given!r}; allowed: a standard deviation in its unit, or a percentage")
-    return text.endswith("%"), value
+def with_field(camera: Camera, found: dict[str, Knob]) -> dict[str, Knob]:
+    """What may vary: the field, which is no number of scene or camera, before those that are."""
+    field = min(camera.shape) * float(camera.pixel_size)
+    return {FIELD: Knob(FIELD, field, "m", field, still, True), **found}
 
 
 def attained(job: Job, design: np.ndarray, target: float) -> tuple[float, float]:

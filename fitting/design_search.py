@@ -7,6 +7,7 @@ from scipy.optimize import minimize, nnls
 
 from fitting.design_job import Job
 from fitting.prospects import LIMITS, Bench, Layout, prospects
+from fitting.refusal import UndeterminedError
 
 # A limit or a bound binds from so near on.
 BINDS = 1e-3
@@ -139,8 +140,8 @@ class Search:
         return tuple(sorted(found, key=lambda one: -one.gain))
 
 
-def none_found(search: Search, runs) -> str:
-    """Which limit is furthest from being met where it is best met."""
+def none_found(search: Search, runs) -> ValueError:
+    """What to raise: which limit is furthest from being met where it is best met."""
     best, name = np.inf, ""
     for point, choice in runs:
         try:
@@ -150,5 +151,7 @@ def none_found(search: Search, runs) -> str:
         if -room.min() < best:
             best, name = -room.min(), LIMITS[int(np.argmin(room))]
     if not name:
-        return "no start gives an image that tells the target: a beam misses the field, or a number is undetermined"
-    return f"no design within the bounds meets the limits: {name} stays exceeded; widen bounds or limits"
+        return UndeterminedError(
+            "no start gives an image that tells the target: a beam misses the field, or a number is undetermined"
+        )
+    return ValueError(f"no design within the bounds meets the limits: {name} stays exceeded; widen bounds or limits")

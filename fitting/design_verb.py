@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 
 import newtonjax as nj
-from fitting import output, quantities, session
+from fitting import assignments, output, session
 from fitting.answer import as_png
+from fitting.design_job import with_field
 from fitting.designs import Design, design
 from fitting.knobs import knobs
 from fitting.progress import steps
-from fitting.prospects import FIELD
+from newtonjax.files import scene_text
 
 _FILES = ("design.csv", "design.json", "design.png", "design.toml")
 _OVER = 5
@@ -24,12 +25,12 @@ def run(path: Path, pixels: tuple, ranges: dict, limits: dict, search: dict, fol
     session.prepare()
     scene, camera, said = session.scene_and_camera(path, *pixels)
     files = output.files_of(folder, _FILES, force, (path,))
-    units = {FIELD: "m", **{knob.name: knob.unit for knob in knobs(scene, camera).values()}}
+    units = {name: knob.unit for name, knob in with_field(camera, knobs(scene, camera)).items()}
     target = search["minimize"].removesuffix("_sd")
-    vary = {name: _range(name, text, units) for name, text in _pairs("--vary", ranges["vary"])}
+    vary = {name: assignments.span(name, text, units) for name, text in assignments.pairs("--vary", ranges["vary"])}
     over = None
     if ranges["over"]:
-        low, high = _range(target, ranges["over"], units)
+        low, high = assignments.span(target, ranges["over"], units)
         over = np.geomspace(low, high, _OVER) if low > 0 else np.linspace(low, high, _OVER)
     with steps("searching") as report:
         found = design(
@@ -37,12 +38,12 @@ def run(path: Path, pixels: tuple, ranges: dict, limits: dict, search: dict, fol
             camera,
             vary,
             target=target,
-            known={name: _known(name, text, units) for name, text in _pairs("--known", ranges["known"])},
+            known=assignments.known(ranges["known"], units),
             over=over,
             robust=search["robust"],
             choose={
-                name: [_number(name, one, units) for one in text.split(",")]
-                for name, text in _pairs("--choose", ranges["choose"])
+                name: [assignments.number(name, one, units) for one in text.split(",")]
+                for name, text in assignments.pairs("--choose", ranges["choose"])
             },
             pixels_per_fringe=limits["pixels_per_fringe"],
             fill=limits["fill"],
@@ -54,51 +55,12 @@ def run(path: Path, pixels: tuple, ranges: dict, limits: dict, search: dict, fol
     if files:
         answer = {"scene_before": str(path), **{k: v for k, v in asdict(found).items() if k not in ("scene", "camera")}}
         answer |= {"shape": found.camera.shape, "pixel_size_m": float(found.camera.pixel_size)}
-        texts = _csv(found), output.json_text(answer), as_png(figure(found))
-        for file, content in zip(files, texts, strict=False):
+        bench = scene_text(found.scene, found.camera)
+        for file, content in zip(
+            files, (_csv(found), output.json_text(answer), as_png(figure(found)), bench), strict=True
+        ):
             output.write(file, content, force)
-        if force:
-            files[-1].unlink(missing_ok=True)
-        nj.save_scene(files[-1], found.scene, found.camera)
     return 0
-
-
-def _pairs(option: str, texts: list[str]) -> list[tuple[str, str]]:
-    """(name, what it is given) of each text; several names may stand in one, with spaces between."""
-    found = []
-    for text in (part for whole in texts for part in whole.split()):
-        name, equals, value = text.partition("=")
-        if not (name and equals and value):
-            raise ValueError(f"{option} {text!r}: give NAME=..., such as wavelength=400nm:700nm")
-        found.append((name.replace("-", "_"), value))
-    if twice := {name for name, _ in found if [n for n, _ in found].count(name) > 1}:
-        raise ValueError(f"{option} names {sorted(twice)[0]} twice; give it once")
-    return found
-
-
-def _range(name: str, text: str, units: dict[str, str]) -> tuple[float, float]:
-    low, colon, high = text.partition(":")
-    if not colon:
-        raise ValueError(f"{name}={text}: give LOW:HIGH, such as 400nm:700nm")
-    return _number(name, low, units), _number(name, high, units)
-
-
-def _number(name: str, text: str, units: dict[str, str]) -> float:
-    """A number in the unit that its name has. Raises ValueError for names and texts that are none."""
-    if name not in units:
-        raise ValueError(f"{name!r} is no number of this scene; allowed: {', '.join(units)}")
-    if units[name] == "m":
-        return quantities.length(text)
-    if units[name] == "rad":
-        return quantities.angle(text)
-    try:
-        return float(text)
-    except ValueError:
-        raise ValueError(f"{name}={text}: give a plain number{f' of {units[name]}' if units[name] else ''}") from None
-
-
-def _known(name: str, text: str, units: dict[str, str]) -> float | str:
-    return text if text.endswith("%") else _number(name, text, units)
 
 
 def _rings(text: str) -> tuple[float, float]:

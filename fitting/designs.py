@@ -15,7 +15,7 @@ from scipy.stats import qmc
 from fitting.design_job import Job, attained
 from fitting.design_search import BINDS, Binding, Search, none_found
 from fitting.fisher import FREE
-from fitting.prospects import FIELD, LIMITS, Limits, prospects
+from fitting.prospects import LIMITS, Limits, prospects
 from newtonjax.camera import Camera
 from newtonjax.checks import require_whole
 from newtonjax.precision import x64
@@ -139,7 +139,7 @@ def _best(job: Job, limits: Limits, robust: str, starts: int, seed: int, report:
             ended.append((*found, choice))
     evaluations += search.evaluations
     if not ended:
-        raise ValueError(none_found(search, runs))
+        raise none_found(search, runs)
     value, place, choice = min(ended, key=lambda one: one[0])
     for k, grid in enumerate(_GRIDS):
         if k:  # finer, from where the coarser one ended
@@ -156,14 +156,13 @@ def _best(job: Job, limits: Limits, robust: str, starts: int, seed: int, report:
     report(1.0)
     pick = np.max if robust == "worst" else np.mean
     room = search.look(place[:count], choice)[2]
-    units = {name: "m" if name == FIELD else job.numbers[name].unit for name in job.names}
     scene, camera = job.made(design, job.moved[job.target].value)
     return Design(
         job.target,
         job.moved[job.target].unit,
         tuple(job.over.tolist()),
         dict(zip(job.names, design.tolist(), strict=True)),
-        units,
+        {name: knob.unit for name, knob in job.numbers.items()},
         dict(zip(job.names, job.before.tolist(), strict=True)),
         float(pick(exact[:, 0])),
         float(pick(exact[:, 1])),
@@ -180,4 +179,4 @@ def _best(job: Job, limits: Limits, robust: str, starts: int, seed: int, report:
 def _as_it_was(job: Job, search: Search, pick) -> float | None:
     value, _ = prospects(search.layout, search.bench, job.before, job.over)
     within = np.all(np.asarray(value.used) <= 1 + BINDS) and np.all(np.isfinite(np.asarray(value.total)))
-    return float(pick(np.exp(np.asarray(value.total)))) if within else None
+    return float(pick([attained(job, job.before, target)[0] for target in job.over])) if within else None

@@ -41,6 +41,10 @@ def weights(image: Float[Array, "rows columns"], camera: Camera, noise: Scalar |
     if noise is not None:
         require("noise", noise, "a positive standard deviation, in incident irradiance", positive)
         return jnp.full_like(image, 1.0) / (noise * camera.exposure) ** 2
+    return jnp.where(image < camera.full_well, 1 / variance(image, camera), 0.0)
+
+
+def variance(image: Float[Array, "rows columns"], camera: Camera) -> Float[Array, "rows columns"]:
+    """Of a pixel [photoelectrons squared]: shot and read noise, and the rounding of its code."""
     code = camera.full_well / (2**camera.bits - 1)
-    variance = jnp.clip(image, 0.0) + camera.read_noise**2 + code**2 / 12
-    return jnp.where(image < camera.full_well, 1 / variance, 0.0)
+    return jnp.clip(image, 0.0) + camera.read_noise**2 + code**2 / 12

@@ -3,8 +3,8 @@
 For independent normal pixels of variance σ² and mean μ(θ) it is F = Σ (∂μ/∂θ) (∂μ/∂θ)ᵀ / σ², and no unbiased estimate
 of a number scatters less than sqrt (F⁻¹)_kk (Cramér 1946, Rao 1945; Kay 1993, Fundamentals of Statistical Signal
 Processing, section 3.7). It is summed through the nodes of the image, not over its pixels. What the codes of a dim
-image tell is not normal: against the exact sum over codes the bounds are 1 % off where the brightest pixel has 34
-codes, 8 % at 3, and a factor where it has less than one.
+image tell is not normal, and is more: with read noise well below a code the bounds are up to 1 % too large where the
+brightest pixel has 34 codes, 10 % at 3, and 60 % below one (tests/test_information.py sums over the codes).
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Float
 
 from fitting.electrons import Moves, photoelectrons, weights
-from fitting.knobs import chosen
+from fitting.knobs import chosen, knobs
 from fitting.undetermined import in_words
 from newtonjax.camera import Camera
 from newtonjax.checks import require_method, unreached
@@ -177,7 +177,7 @@ def information(
     """
     require_method(method, Chebyshev)
     names = (free,) if isinstance(free, str) else tuple(free)
-    numbers = tuple(chosen(scene, camera, names).values())
+    numbers = tuple(chosen(knobs(scene, camera), names).values())
     method = fine_nodes(scene, camera) if method is None else method
     scales = np.array([number.scale for number in numbers])
     with x64():
@@ -197,17 +197,17 @@ def information(
     return found.given(**(priors or {}))
 
 
-def fine_nodes(scene: Scene, camera: Camera) -> Chebyshev:
-    """As many nodes as keep 1e-8 of the intensity, and 17 at least.
+def fine_nodes(scene: Scene, camera: Camera, keeps: float = 1e-8, least: int = 17) -> Chebyshev:
+    """As many nodes as keep a share of the intensity, and a number of them at least.
 
     Raises ValueError where beams miss the image, and where 129 to a side do not.
     """
-    count = 17
+    count = least
     with x64():
         while True:
             error, rounding = map(float, _error(scene, camera, Chebyshev(count)))
             # What rounding leaves in every coefficient of the phases [turns], more nodes do not mend.
-            allowed = 1e-8 + 400 * rounding
+            allowed = keeps + 400 * rounding
             if error <= allowed:
                 return Chebyshev(count)
             if not np.isfinite(error):
@@ -216,7 +216,8 @@ def fine_nodes(scene: Scene, camera: Camera) -> Chebyshev:
                 )
             if count == _MOST_NODES:
                 raise ValueError(
-                    f"{count} nodes to a side leave {error:.2g} of the intensity; this takes 1e-8: take a smaller field"
+                    f"{count} nodes to a side leave {error:.2g} of the intensity; this takes {keeps:.0e}: "
+                    "take a smaller field"
                 )
             count = min(2 * count - 1, _MOST_NODES)
 

@@ -16,16 +16,17 @@ from jaxtyping import Array, Bool, Float
 
 from fitting.electrons import Moves, photoelectrons, weights
 from fitting.fisher import FREE, fine_nodes
-from fitting.knobs import chosen
+from fitting.knobs import chosen, knobs
 from newtonjax.camera import Camera
 from newtonjax.methods import Chebyshev
 from newtonjax.normal import from_coefficients
 from newtonjax.precision import require_x64, x64
 from newtonjax.quantities import Scalar, is_concrete
 from newtonjax.scene import Scene
-from newtonjax.synthesis import synthesize
+from newtonjax.synthesis import split, synthesize
 
-# Stages by which what is assumed moves from the scene's numbers to those given, and steps of Gauss and Newton in each.
+# Stages by which what is assumed moves from the scene's numbers to those given: one for every half turn of the fringes,
+# and at most these. Steps of Gauss and Newton in each.
 _STAGES, _STEPS = 8, 12
 # Of a stage the last step, over what the numbers have moved.
 _SETTLED = 1e-9
@@ -72,7 +73,8 @@ def measurement(
     for an image of another shape, and RuntimeError within a transformation in float32.
 
     """
-    known = chosen(scene, camera, tuple(free))
+    there = knobs(scene, camera)
+    known = chosen(there, tuple(free))
     method = fine_nodes(scene, camera) if method is None else method
 
     def measure(image, **assumed) -> Measured:
@@ -80,7 +82,7 @@ def measurement(
             raise ValueError(f"the image has shape {np.shape(image)}; allowed: the camera's, {camera.shape}")
         if twice := set(assumed) & set(free):
             raise ValueError(f"{', '.join(sorted(twice))} is free: it is found, not assumed")
-        given = {**known, **chosen(scene, camera, tuple(assumed))} if assumed else known
+        given = {**known, **chosen(there, tuple(assumed))} if assumed else known
         moves = tuple((knob.name, knob.move) for knob in given.values())
         scales = np.array([knob.scale for knob in given.values()])
 
@@ -116,13 +118,14 @@ def _solve(scene, camera, image, shift, scales, noise: Scalar | None, moves: Mov
     def gradient(at):
         return equations(at, shift).gradient[:count]
 
+    stages = _stages(of_steps, jax.lax.stop_gradient(shift), count) if len(shift) else jnp.array(0)
+
     def search(_, at):
-        stages = _STAGES if len(shift) else 0
-        whole = max(stages, 1)
+        whole = jnp.maximum(stages, 1).astype(float)
 
         def step(state):
             stage, at, taken = state
-            made = equations(at, shift * (stage.astype(float) / whole))
+            made = equations(at, shift * (stage / whole))
             matrix = made.matrix[:count, :count]
             move = _least(matrix, made.gradient[:count])
             at = at - move
@@ -140,6 +143,14 @@ def _solve(scene, camera, image, shift, scales, noise: Scalar | None, moves: Mov
     made = equations(at, shift)
     good = (converged > 0) & _determined(made.matrix[:count, :count])
     return at * jnp.where(good, 1.0, jnp.nan), made.misfit, good  # a factor, so that derivatives are NaN too
+
+
+def _stages(of_steps, shift, count: int):
+    """In how many stages what is assumed moves the fringes by at most half a turn each."""
+    still = jnp.zeros(count + len(shift))
+    changes = split(list(jax.jvp(of_steps, (still,), (still.at[count:].set(shift),))[1]))[2]
+    turns = jnp.max(jnp.stack([jnp.abs(change).sum() for change in changes]))
+    return jnp.clip(jnp.ceil(2 * turns), 1, _STAGES).astype(int)
 
 
 def _solved(linear, right):

@@ -60,8 +60,8 @@ def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
         _index("plate_index", scene, upper + 2),
         _distance(scene),
         Knob("exposure", float(camera.exposure), "photoelectrons", float(camera.exposure), _exposure, True),
-        Knob("stray", 0.0, "", 1.0, _still),
-        Knob("contrast", 1.0, "", 1.0, _still, True),
+        Knob("stray", 0.0, "", 1.0, still),
+        Knob("contrast", 1.0, "", 1.0, still, True),
     ]
     lower = upper + 1
     for axis, name in enumerate("xy"):
@@ -78,9 +78,8 @@ def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
     return {knob.name: knob for knob in found}
 
 
-def chosen(scene: Scene, camera: Camera, names: tuple[str, ...]) -> dict[str, Knob]:
+def chosen(known: dict[str, Knob], names: tuple[str, ...]) -> dict[str, Knob]:
     """Some of `knobs`, in the order of their names. Raises ValueError for what is not there, and for none."""
-    known = knobs(scene, camera)
     if wrong := [name for name in names if name not in known]:
         why = " (no face of its gap is curved)" if "radius" in wrong and "radius" not in known else ""
         near = get_close_matches(wrong[0], known, 1)
@@ -93,7 +92,9 @@ def chosen(scene: Scene, camera: Camera, names: tuple[str, ...]) -> dict[str, Kn
     return {name: known[name] for name in names}
 
 
-def _still(scene, camera, by):  # noqa: ARG001 (these numbers are of the image, not of scene or camera)
+def still(scene: Scene, camera: Camera, by) -> Bench:
+    """The move of a number that is of the image alone."""
+    del by
     return scene, camera
 
 

@@ -36,6 +36,17 @@ def one_by_one(arguments: list[str]) -> list[str]:
     return made
 
 
+def own_columns(texts: list[str]) -> dict[str, str]:
+    """A table's own names of columns, of `--column diameter_mm=D`."""
+    found = {}
+    for text in texts:
+        name, sign, own = (part.strip() for part in text.partition("="))
+        if not (name and sign and own):
+            raise ValueError(f"--column {text!r}; give NAME=COLUMN, such as diameter_mm=D")
+        found[name] = own
+    return found
+
+
 def _screen(text: str) -> float | str:
     return "gap" if text == "gap" else quantities.length(text)
 

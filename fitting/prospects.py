@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpy.polynomial.chebyshev import chebder, chebvander
 
-from fitting.electrons import Moves, photoelectrons
+from fitting.electrons import Moves, photoelectrons, variance
 from newtonjax.camera import Camera, middle
 from newtonjax.methods import Chebyshev
 from newtonjax.scene import Scene
@@ -26,8 +26,8 @@ LIMITS = ("sensor", "sampling", "full_well", "rings_least", "rings_most")
 class Layout(NamedTuple):
     """What does not change while designs are compared; static.
 
-    - `varied`: names and moves of the design's numbers, `FIELD` with none.
-    - `target`: the measured number. `moves`: of it, of the other free numbers, and of those of limited knowledge.
+    - `varied`: names and moves of the design's numbers, `FIELD` among them, which moves neither scene nor camera.
+    - `moves`: of the measured number, of the other free numbers, and of those of limited knowledge.
     - `free`: how many of them are free; `relative`: of each of the others, whether its deviation is a fraction.
     - `nodes`, `samples`: to a side of the field, of rays and of the rule.
     """
@@ -81,9 +81,8 @@ def prospect(layout: Layout, bench: Bench, design: Float[Array, " varied"], targ
     """Of one design and one value of the measured number."""
     scene, camera = bench.scene, bench.camera
     names = [name for name, _ in layout.varied]
-    for (name, move), value, was in zip(layout.varied, design, bench.varied, strict=True):
-        if name != FIELD:
-            scene, camera = move(scene, camera, value - was)
+    for (_, move), value, was in zip(layout.varied, design, bench.varied, strict=True):
+        scene, camera = move(scene, camera, value - was)
     scene, camera = layout.moves[0][1](scene, camera, target - bench.values[0])
     size = jnp.asarray(camera.pixel_size)
     least = min(camera.shape)
@@ -98,10 +97,8 @@ def prospect(layout: Layout, bench: Bench, design: Float[Array, " varied"], targ
     image, factors = combine(fields), slopes(fields)
     change = _expand(changes, onto, onto)
     tangent = change[:, 0] + sum(factor * change[:, k + 1] for k, factor in enumerate(factors))
-    code = camera.full_well / (2**camera.bits - 1)
-    variance = jnp.clip(image, 0.0) + camera.read_noise**2 + code**2 / 12
     pixels = camera.shape[0] * camera.shape[1] * (field / least / size) ** 2
-    shared = np.outer(weight, weight) / 4 * pixels / variance
+    shared = np.outer(weight, weight) / 4 * pixels / variance(image, camera)
     matrix = jnp.einsum("pyx,yx,qyx->pq", tangent, shared, tangent, precision="highest")
     held = list(bench.values[layout.free :])
     for k, (name, _) in enumerate(layout.moves[layout.free :]):

@@ -17,6 +17,7 @@ from fitting.electrons import Moves, photoelectrons
 from fitting.fisher import FREE, fine_nodes, information
 from fitting.implicit import measurement
 from fitting.knobs import Knob, chosen, knobs
+from fitting.refusal import UndeterminedError
 from newtonjax.camera import Camera
 from newtonjax.methods import Chebyshev
 from newtonjax.precision import x64
@@ -95,15 +96,15 @@ def sensitivity(
     The slopes are those of a fit weighted by the camera's noise, to first order: of a tilt that is 0, and of what else
     is symmetric, the target depends to second order, and nothing is said.
 
-    Raises ValueError as `information` does, for an accuracy that is not positive, for a target that is 0, and for one
-    that the image does not tell.
+    Raises ValueError as `information` does, for an accuracy that is not positive, and for a target that is 0; and
+    UndeterminedError, a ValueError, for one that the image does not tell.
 
     """
     if not (isinstance(accuracy, int | float) and 0 < accuracy < np.inf):
         raise ValueError(f"accuracy is {accuracy!r}; allowed: a positive fraction, such as 1e-3")
     known = knobs(scene, camera)
     free = free_beside(target, free, known)
-    chosen(scene, camera, free)
+    chosen(known, free)
     if not known[target].value:
         raise ValueError(f"{target} is 0 here: a fraction of it is no accuracy; take a scene in which it is not 0")
     held = tuple(name for name in known if name not in free)
@@ -112,7 +113,9 @@ def sensitivity(
     sd = alone.sd(target)
     if not np.isfinite(sd):
         words = "; ".join(alone.undetermined) or "too few pixels"
-        raise ValueError(f"the image does not tell the {target} with {', '.join(free[1:]) or 'it'} free: {words}")
+        raise UndeterminedError(
+            f"the image does not tell the {target} with {', '.join(free[1:]) or 'it'} free: {words}"
+        )
     count = len(free)
     step = np.sqrt(np.maximum(np.diag(told.matrix), 1e-300))
     scaled = told.matrix / np.outer(step, step)
@@ -148,7 +151,7 @@ def refitted(
     The fit is `measurement` of the noise-free image. Raises ValueError where it does not converge, and for numbers that
     the scene does not have.
     """
-    known = chosen(scene, camera, (*free, *wrong))
+    known = chosen(knobs(scene, camera), (*free, *wrong))
     measure = measurement(scene, camera, free, noise=noise)
     with x64():
         image = render(scene, camera, fine_nodes(scene, camera))

@@ -7,43 +7,68 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting import output, session
+from fitting import assignments, output, session
 from fitting.answer import as_png
 from fitting.fisher import FREE
-from fitting.progress import progress
-from fitting.sensitivities import Sensitivity, derivative_images, sensitivity
+from fitting.knobs import knobs
+from fitting.progress import progress, steps
+from fitting.sensitivities import Sensitivity, derivative_images, free_beside, sensitivity
+from fitting.sobol import Spread, errors, spread
 
 _FILES = ("sensitivity.csv", "sensitivity.json", "sensitivity.png")
+_OF_DRAWS = ("spread.png", "spread.nc")
 _PICTURES = 5
 
 
 def run(
-    path: Path, pixels: tuple, target: str, accuracy: float, free: list[str] | None, folder: Path | None, force: bool
+    path: Path,
+    pixels: tuple,
+    target: str,
+    accuracy: float,
+    free: list[str] | None,
+    known: list[str],
+    draws: int,
+    folder: Path | None,
+    force: bool,
 ) -> int:
-    """Compute, print the table, write the files; the exit status."""
+    """Compute, print the tables, write the files; the exit status."""
     session.prepare()
     scene, camera, said = session.scene_and_camera(path, *pixels)
-    files = output.files_of(folder, _FILES, force, (path,))
+    files = output.files_of(folder, (*_FILES, *(_OF_DRAWS if known else ())), force, (path,))
+    there = knobs(scene, camera)
+    names = FREE if free is None else _names_of(free)
+    given = assignments.known(known, {name: knob.unit for name, knob in there.items()})
+    if given:
+        errors(there, given, free_beside(target, names, there), draws)
     with progress("differentiating"):
-        found = sensitivity(
-            scene,
-            camera,
-            target,
-            accuracy,
-            FREE if free is None else [name for text in free for name in text.split(",")],
-        )
+        found = sensitivity(scene, camera, target, accuracy, names)
         shown = [target, *(one.name for one in found.neglected[:_PICTURES])]
         images = derivative_images(scene, camera, shown) if files else {}
     print(f"{said}\n{found}")
+    answer, pictures = {"scene": str(path), **asdict(found)}, [figure(found, images)] if files else []
+    if given:
+        with steps("fitting") as report:
+            spreads = spread(
+                scene,
+                camera,
+                given,
+                target,
+                names,
+                draws=draws,
+                keep=files[-1] if files else None,
+                report=report,
+            )
+        print(spreads)
+        answer["spread"] = {k: v for k, v in asdict(spreads).items() if k not in ("draws", "found")}
+        pictures += [spread_figure(spreads)] if files else []
     if files:
-        answer = {"scene": str(path), **asdict(found)}
-        answers = _csv(found), output.json_text(answer), as_png(figure(found, images))
-        for file, content in zip(files, answers, strict=True):
+        answers = _csv(found), output.json_text(answer), *map(as_png, pictures)
+        for file, content in zip(files, answers, strict=False):
             output.write(file, content, force)
     return 0
 
 
-def names_of(texts: list[str]) -> list[str]:
+def _names_of(texts: list[str]) -> list[str]:
     """Names out of an option's texts, which may hold several with commas."""
     return [name for text in texts for name in text.split(",")]
 
@@ -87,6 +112,46 @@ def figure(found: Sensitivity, images: dict[str, np.ndarray]):
         axes.set_xticks([])
         axes.set_yticks([])
     return made
+
+
+def spread_figure(found: Spread):
+    """The draws beside the normal curve that slopes predict, and each number's share of their variance."""
+    from matplotlib.figure import Figure
+
+    made = Figure(figsize=(10, 4), layout="constrained")
+    draws, shares = made.subplots(1, 2)
+    unit = f" {found.unit}" if found.unit else ""
+    draws.hist(found.found, bins=30, density=True, color="tab:blue", alpha=0.6, label="fits with errors drawn")
+    if found.slope_sd > 0.02 * found.sd:
+        low, high = draws.get_xlim()
+        at = np.linspace(low, high, 400)
+        bell = np.exp(-(((at - found.value) / found.slope_sd) ** 2) / 2) / (found.slope_sd * np.sqrt(2 * np.pi))
+        draws.plot(at, bell, color="k", lw=1, label=f"by slopes alone, sd {found.slope_sd:.3g}{unit}")
+    draws.axvline(found.value, color="tab:red", lw=1, label="the value in the image")
+    draws.set(
+        title=f"{len(found.found)} fits, sd {found.sd:.3g}{unit}",
+        xlabel=f"{found.target} [{found.unit or 1}]",
+        yticks=[],
+    )
+    draws.legend(fontsize=8)
+    rows = found.shares[::-1]
+    height = 0.35
+    for shift, name, label in ((height / 2, "alone", "by itself"), (-height / 2, "together", "with what others add")):
+        values = np.array([getattr(one, name) for one in rows])
+        low, high = np.array([getattr(one, f"{name}_range") for one in rows]).T
+        error = np.maximum([values - low, high - values], 0.0)
+        shares.barh(np.arange(len(rows)) + shift, values, height, xerr=error, label=label)
+    shares.set_yticks(
+        range(len(rows)), [f"{one.name.replace('_', ' ')} ± {_with_unit(one.sd, one.unit)}" for one in rows]
+    )
+    shares.set(title="share of the variance (Sobol), bars 95 %", xlabel="share")
+    shares.legend(fontsize=8)
+    return made
+
+
+def _with_unit(value: float, unit: str) -> str:
+    size, name = _readable(value, unit)
+    return f"{size:.3g} {name}".rstrip()
 
 
 def _readable(value: float, unit: str) -> tuple[float, str]:

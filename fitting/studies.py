@@ -7,6 +7,10 @@ import typer
 
 from fitting.options import Force, OutputDir, ScreenPixel, Shape
 
+Known = Annotated[
+    list[str] | None,
+    typer.Option(metavar="NAME=SD", help="How well a number that the fit holds is known: 5nm, or 0.1%."),
+]
 Bench = Annotated[Path, typer.Argument(metavar="SCENE.toml", help="The bench, with its camera.")]
 
 
@@ -36,6 +40,10 @@ def sensitivity(
         list[str] | None,
         typer.Option(metavar="NAME", help="What a fit finds beside it; may be repeated.", show_default="as fit does"),
     ] = None,
+    known: Known = None,
+    draws: Annotated[
+        int, typer.Option(metavar="N", help="With --known: N times two more fits than numbers; a power of two.")
+    ] = 128,
     shape: Shape = None,
     pixel_size: ScreenPixel = None,
     output_dir: OutputDir = None,
@@ -45,10 +53,16 @@ def sensitivity(
 
     By what a fit with that number wrong would find, and what noise alone leaves. With
     --output-dir a picture of it, of the image's derivatives too, and CSV and JSON.
+
+    With --known also what errors of these sizes do together, by fits: their shares of
+    the variance (Sobol), and a file of all fits (NetCDF) that goes on, with --force,
+    where Ctrl-C broke it off. A coarser --shape of the same field tells nearly the same.
     """
     from fitting import sensitivity_verb
 
-    return sensitivity_verb.run(scene, (shape, pixel_size), target, accuracy, free, output_dir, force)
+    return sensitivity_verb.run(
+        scene, (shape, pixel_size), target, accuracy, free, known or [], draws, output_dir, force
+    )
 
 
 def design(
@@ -58,10 +72,7 @@ def design(
         typer.Option(metavar="NAME=LOW:HIGH", help="Bounds of a number, with units: wavelength=400nm:700nm, ..."),
     ] = None,
     minimize: Annotated[str, typer.Option(metavar="NAME_sd", help="Whose standard deviation.")] = "radius_sd",
-    known: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME=SD", help="How well a number that the fit holds is known: 5nm, or 0.1%."),
-    ] = None,
+    known: Known = None,
     choose: Annotated[
         list[str] | None, typer.Option(metavar="NAME=A,B,...", help="Values to choose from: wavelength=405nm,532nm.")
     ] = None,

@@ -216,7 +216,12 @@ def save_scene(path: str | Path, scene: Scene, camera: Camera | None = None) -> 
 
     Raises FileExistsError where the file is there already.
     """
-    path = Path(path)
+    with Path(path).open("x", encoding="utf-8") as file:
+        file.write(scene_text(scene, camera))
+
+
+def scene_text(scene: Scene, camera: Camera | None = None) -> str:
+    """What `save_scene` writes."""
 
     def surface(s: Surface) -> SurfaceTable:
         return SurfaceTable(float(s.curvature), _three(s.vertex), _two(s.tilt))
@@ -233,9 +238,7 @@ def save_scene(path: str | Path, scene: Scene, camera: Camera | None = None) -> 
         collecting_lens=None if lens is None else CollectingLensTable(float(lens.focal_length), _three(lens.vertex)),
         camera=None if camera is None else _camera_table(camera),
     )
-    text = tomli_w.dumps(_without_none(msgspec.to_builtins(table)))
-    with path.open("x", encoding="utf-8") as file:
-        file.write(text)
+    return tomli_w.dumps(_without_none(msgspec.to_builtins(table)))
 
 
 def _camera_table(camera: Camera) -> CameraTable:

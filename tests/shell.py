@@ -3,10 +3,10 @@
 from fitting.cli import main
 
 
-def refusal(capsys, *arguments) -> str:
-    """The one line on stderr with which the command refuses wrong usage."""
+def refusal(capsys, *arguments, status: int = 2) -> str:
+    """The one line on stderr with which the command refuses wrong usage, or data that do not tell (3)."""
     capsys.readouterr()
-    assert main([str(argument) for argument in arguments]) == 2
+    assert main([str(argument) for argument in arguments]) == status
     printed = capsys.readouterr()
     assert printed.out == ""
     assert printed.err.startswith("newtonjax: ")

@@ -1,11 +1,14 @@
 """Fisher's information against central differences over all pixels, closed forms, and what cannot be told."""
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.stats import norm, poisson
 
 import newtonjax as nj
 from fitting import information
+from fitting.electrons import variance
 from fitting.knobs import knobs
 
 CAMERA = nj.Camera((96, 80), 60e-6, centre_px=(30.0, 51.5), exposure=8000.0, full_well=20_000.0, bits=10)
@@ -175,6 +178,32 @@ def test_refusals_of_what_has_no_information():
         found.given(gap=-1.0)
     with pytest.raises(ValueError, match="follows the beams"):
         information(nj.newton_rings(1.0, beams=["T0 T1 T2 T3"]), CAMERA)
+
+
+def told_by_codes(mean: float, read: float, code: float) -> float:
+    """Fisher's information on a mean [photoelectrons] in its code: of a Poisson and a normal number, rounded."""
+    counts = np.arange(int(mean + 12 * np.sqrt(mean) + 40))
+    chance = poisson.pmf(counts, mean)
+    slope = poisson.pmf(counts - 1, mean) - chance
+    edges = (np.arange(1, int((counts[-1] + 8 * read) / code) + 3) - 0.5) * code  # code 0 is all below the first
+    below = np.pad(norm.cdf((edges - counts[:, None]) / read), ((0, 0), (1, 1)), constant_values=(0, 1))
+    within = np.diff(below, axis=1)
+    probability, by_mean = chance @ within, slope @ within
+    there = probability > 1e-300
+    return float(np.sum(by_mean[there] ** 2 / probability[there]))
+
+
+@pytest.mark.parametrize(("brightest", "most"), [(0.7, 0.6), (1, 0.35), (3, 0.105), (34, 0.011)])
+@pytest.mark.parametrize("contrast", [0.5, 0.9, 1.0])
+def test_bounds_of_dim_fringes_are_safe_and_this_much_too_large(brightest, most, contrast):
+    """Against the exact sum over codes, for the phase of a fringe."""
+    camera = nj.Camera((1, 1), 1e-6)
+    code, angle = camera.full_well / (2**camera.bits - 1), (np.arange(64) + 0.5) / 64 * np.pi
+    mean = brightest * code * (1 + contrast * np.cos(angle)) / (1 + contrast)
+    exact = np.array([told_by_codes(one, camera.read_noise, code) for one in mean])
+    ours = 1 / np.asarray(variance(jnp.asarray(mean[None]), camera))[0]
+    over = np.sqrt(np.sum(np.sin(angle) ** 2 * exact) / np.sum(np.sin(angle) ** 2 * ours)) - 1
+    assert -1e-3 <= over <= most
 
 
 def test_nothing_of_it_needs_x64_to_be_set():
