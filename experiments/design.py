@@ -3,10 +3,12 @@
 Three benches: Newton's rings before a telephone's camera, a test plate of 50 mm in a workshop, and a microsphere of
 10 um in water under a microscope. Each is designed by `fitting.design`, and by the best of a grid of 10 000 designs
 that keeps the limits; the grid is charged one render of the sensor a design (to judge one takes seven, by differences;
-here it is judged by our own forecast, which is much cheaper). Then photographs of the design, with shot and read noise
-and in codes, are measured by `fitting.fit`: scatter of the radius over the forecast by noise.
+here it is judged by our own forecast, which is much cheaper). Then photographs of the design,
+with shot and read noise, in codes, and with the errors of what is known drawn, are measured by `fitting.measurement`,
+which weighs pixels by their noise: scatter of the radius over the forecast. `fitting.fit` weighs all pixels alike, and
+is held against the forecast of that: (JᵀJ)⁻¹ JᵀVJ (JᵀJ)⁻¹.
 
-    python experiments/design.py [--photographs 200] [--quick]
+    python experiments/design.py [--photographs 100] [--fits 12] [--quick]
 """
 
 import argparse
@@ -16,14 +18,31 @@ import jax
 import numpy as np
 import records
 from jax import numpy as jnp
+from matplotlib.figure import Figure
 
 import fitting
 import newtonjax as nj
 from fitting.design_job import Job
+from fitting.electrons import photoelectrons, variance
 from fitting.fisher import FREE
+from fitting.knobs import chosen, knobs
 from fitting.prospects import Limits, prospect
+from newtonjax.normal import from_coefficients
 
 jax.config.update("jax_enable_x64", True)
+
+
+def microsphere(radius: float, wavelength: float, gap: float) -> nj.Scene:
+    """A sphere in water under a cover glass, seen through it by an oil immersion objective focused on the glass."""
+    faces = (0.17e-3, 0.0), (0.0, 0.0), (-gap, -1 / radius), (-gap - 2 * radius, 1 / radius)  # height, curvature
+    return nj.Scene(
+        surfaces=tuple(nj.Surface(curvature, (0.0, 0.0, height)) for height, curvature in faces),
+        media=(1.515, 1.515, 1.333, 1.59, 1.333),
+        light=nj.Light(wavelength),
+        screen=nj.Surface(),
+        beams=("T0 R1 T0", "T0 T1 R2 T1 T0"),
+    )
+
 
 # Bench, sensor, what varies, and how well the rest is known.
 PROBLEMS = {
@@ -31,18 +50,18 @@ PROBLEMS = {
         nj.newton_rings(1.0, 589.3e-9, 0.1e-6, "reflected", screen="gap"),
         nj.Camera((3000, 4000), 4e-6, exposure=20_000.0, full_well=6000.0, read_noise=3.0, bits=8),
         {"field": (2e-3, 12e-3), "pixel_size": (2e-6, 20e-6), "exposure": (1e3, 1e6)},
-        {"wavelength": 1e-12},
+        {"wavelength": 1e-13},
     ),
     "workshop, test plate of 50 mm": (
         nj.newton_rings(0.05, 632.8e-9, 0.2e-6, "reflected", screen="gap"),
         nj.Camera((2048, 2448), 2e-6, exposure=50_000.0, full_well=10_000.0, read_noise=3.0, bits=12),
         {"field": (0.2e-3, 4e-3), "pixel_size": (0.5e-6, 5e-6), "gap": (0.05e-6, 5e-6), "exposure": (1e3, 1e6)},
-        {"wavelength": 1e-13},
+        {"wavelength": 6e-15},
     ),
     "microsphere of 10 um in water": (
-        nj.newton_rings(10e-6, 550e-9, 0.1e-6, "reflected", index=1.59, gap_index=1.333, screen="gap"),
-        nj.Camera((2048, 2048), 5e-9, exposure=100_000.0, full_well=30_000.0, read_noise=2.0, bits=16),
-        {"wavelength": (400e-9, 700e-9), "field": (1e-6, 10e-6), "gap": (0.05e-6, 1e-6), "exposure": (1e3, 1e7)},
+        microsphere(10e-6, 550e-9, 0.1e-6),
+        nj.Camera((2048, 2048), 3.45e-9, exposure=1e6, full_well=30_000.0, read_noise=2.0, bits=16),
+        {"wavelength": (400e-9, 700e-9), "field": (1e-6, 6e-6), "gap": (0.05e-6, 1e-6), "exposure": (1e4, 1e7)},
         {"wavelength": 1e-13, "gap_index": 1e-6},
     ),
 }
@@ -65,52 +84,105 @@ def by_grid(scene, camera, vary, known, count: int) -> tuple[float, int]:
     return float(np.exp(total[feasible].min())) if feasible.any() else np.inf, int(feasible.sum())
 
 
-def render_seconds(scene, camera) -> float:
-    """Median of a render of the sensor, compiled, its method chosen beforehand."""
+def beside_a_render(scene, camera, vary, known, rounds: int) -> dict[str, float]:
+    """Median seconds of a design, and of a render of the sensor, its method chosen beforehand."""
     method = nj.plan(scene, camera).method
-    times = []
-    for _ in range(6):
-        begin = time.perf_counter()
-        jax.block_until_ready(nj.render(scene, camera, method))
-        times.append(time.perf_counter() - begin)
-    return float(np.median(times[1:]))
+    runs = {
+        "design": lambda: fitting.design(scene, camera, vary, known=known, starts=1).relative_sd,
+        "render": lambda: nj.render(scene, camera, method),
+    }
+    return records.medians(runs, rounds)
 
 
-def measure(design, count: int) -> tuple[float, float, int]:
-    """Scatter and mean error of the radius over its value, by `fit` of photographs; how many were measured."""
+def photographs(design, known, count: int, errors: bool):
+    """Images of a design in incident irradiance, as the camera's codes tell it; with `errors` of what is known too."""
     scene, camera = design.scene, design.camera
-    image = nj.render(scene, camera, tolerance=1e-6)
-    top, errors = 2**camera.bits - 1, []
+    knob = knobs(scene, camera)
+    method = nj.plan(scene, camera, 1e-6).method
+    code = camera.full_well / (2**camera.bits - 1)
     for seed in range(count):
-        photograph = np.asarray(camera.expose(image, jax.random.key(seed)), float) / top
-        found = fitting.fit(photograph, scene=scene, pixel_size=float(camera.pixel_size), parts=PARTS)
-        if found.radius is not None:
-            errors.append(found.radius / design.over[0] - 1)
-    if len(errors) < 2:
-        return np.nan, np.nan, len(errors)
-    return float(np.std(errors, ddof=1)), float(np.mean(errors)), len(errors)
+        random = np.random.default_rng(seed)
+        at_scene, at_camera = scene, camera
+        for name, sd in known.items() if errors else ():
+            at_scene, at_camera = knob[name].move(at_scene, at_camera, sd * random.normal())
+        image = nj.render(at_scene, at_camera, method)
+        yield np.asarray(camera.expose(image, jax.random.key(seed)), float) * (code / camera.exposure)
+
+
+def scatter(design, known, count: int) -> tuple[float, float]:
+    """Scatter and mean error of the radius over its value, by `measurement`."""
+    measure = fitting.measurement(design.scene, design.camera, method=nj.Chebyshev(9))
+    found = [float(measure(image).numbers["radius"]) for image in photographs(design, known, count, errors=True)]
+    off = np.array(found) / design.over[0] - 1
+    return float(np.std(off, ddof=1)), float(np.mean(off))
+
+
+def scatter_of_fits(design, count: int) -> tuple[float, int]:
+    """Scatter of the radius over its value, by `fit`, and how many photographs were measured."""
+    found = []
+    for image in photographs(design, {}, count, errors=False):
+        top = design.camera.full_well / design.camera.exposure
+        fit = fitting.fit(image / top, scene=design.scene, pixel_size=float(design.camera.pixel_size), parts=PARTS)
+        if fit.radius is not None:
+            found.append(abs(fit.radius / design.over[0]))
+    return (float(np.std(found, ddof=1)) if len(found) > 1 else np.nan), len(found)
+
+
+def equal_weights(design) -> float:
+    """Forecast of the relative deviation by noise of a fit that weighs all pixels alike."""
+    numbers = chosen(knobs(design.scene, design.camera), FREE)
+    moves = tuple((name, knob.move) for name, knob in numbers.items())
+    scales = jnp.array([knob.scale for knob in numbers.values()])
+    of_steps = photoelectrons(design.scene, design.camera, moves, scales, nj.Chebyshev(17))
+    still, shape = jnp.zeros(len(moves)), design.camera.shape
+    alike = from_coefficients(of_steps, still, shape, None, jnp.ones_like).matrix
+    noisy = from_coefficients(of_steps, still, shape, None, lambda image: variance(image, design.camera)).matrix
+    inverse = jnp.linalg.inv(alike)
+    return float(jnp.sqrt((inverse @ noisy @ inverse)[0, 0]))  # the radius's scale is its size
+
+
+def draw(rows, designs) -> Figure:
+    """Each designed image, and what the design gains beside the bench as it was and the grid."""
+    figure = Figure(figsize=(11, 6.4), layout="constrained")
+    axes = figure.subplots(2, 3, squeeze=False)
+    for k, (row, design) in enumerate(zip(rows, designs, strict=True)):
+        image = np.asarray(nj.render(design.scene, design.camera))
+        half = 0.5 * float(design.camera.pixel_size) * np.array(design.camera.shape)
+        size, unit = (1e6, "um") if half.max() < 1e-4 else (1e3, "mm")
+        edge = half * size
+        axes[0, k].imshow(image, cmap="gray", extent=(-edge[1], edge[1], edge[0], -edge[0]))
+        axes[0, k].set(title=row["problem"], xlabel=f"x [{unit}]")
+        names = ["as it was", "best of grid", "design", "measured"]
+        was = np.nan if row["as_it_was"] is None else row["as_it_was"]
+        values = [was, row["grid"], row["relative_sd"], row["relative_sd"] * row["scatter_over_forecast"]]
+        axes[1, k].bar(names, values, color=["0.6", "tab:orange", "tab:blue", "tab:green"])
+        low = min(v for v in values if np.isfinite(v))
+        axes[1, k].set(yscale="log", ylim=(0.6 * low, None), ylabel="relative sd of the radius" if k == 0 else "")
+        axes[1, k].set_title(f"1/{row['grid_seconds_over_design']:.0f} of the time of 10 000 renders", fontsize=9)
+        axes[1, k].set_xticks(range(4), names if np.isfinite(was) else ["(breaks a limit)", *names[1:]], fontsize=8)
+    return figure
 
 
 def main() -> None:
     """Design, search the grid, measure; print and keep the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--photographs", type=int, default=200)
+    parser.add_argument("--photographs", type=int, default=100)
+    parser.add_argument("--fits", type=int, default=12)
     parser.add_argument("--quick", action="store_true", help="the workshop with two photographs, nothing written")
     options = parser.parse_args()
-    rows, asked = [], list(PROBLEMS.items())
+    if options.quick:
+        options.photographs, options.fits = 2, 0
+    rows, designs, asked = [], [], list(PROBLEMS.items())
     for name, (scene, camera, vary, known) in asked[1:2] if options.quick else asked:
         begin = time.perf_counter()
         design = fitting.design(scene, camera, vary, known=known, starts=1)
         first = time.perf_counter() - begin
-        times = []
-        for _ in range(3):
-            begin = time.perf_counter()
-            fitting.design(scene, camera, vary, known=known, starts=1)
-            times.append(time.perf_counter() - begin)
+        designs.append(design)
         print(design, flush=True)
+        seconds = beside_a_render(scene, camera, vary, known, 1 if options.quick else 7)
         grid, feasible = by_grid(scene, camera, vary, known, 256 if options.quick else _GRID)
-        render = render_seconds(scene, camera)
-        scatter, bias, measured = measure(design, 2 if options.quick else options.photographs)
+        spread, bias = scatter(design, known, options.photographs)
+        of_fits, fits = scatter_of_fits(design, options.fits)
         rows.append(
             {
                 "problem": name,
@@ -121,21 +193,23 @@ def main() -> None:
                 "grid": grid,
                 "grid_feasible": feasible,
                 "grid_over_design": grid / design.relative_sd,
-                "seconds": float(np.median(times)),
-                "compile_seconds": first - float(np.median(times)),
+                "seconds": seconds["design"],
+                "first_seconds": first,
                 "evaluations": design.evaluations,
-                "render_seconds": render,
-                "grid_seconds": _GRID * render,
-                "grid_seconds_over_design": _GRID * render / float(np.median(times)),
+                "render_seconds": seconds["render"],
+                "grid_seconds_over_design": _GRID * seconds["render"] / seconds["design"],
                 "forecast_noise_sd": design.noise_sd,
-                "measured": measured,
-                "scatter_over_forecast": scatter / design.noise_sd,
-                "bias_over_forecast": bias / design.noise_sd,
+                "photographs": options.photographs,
+                "scatter_over_forecast": spread / design.relative_sd,
+                "bias_over_forecast": bias / design.relative_sd,
+                "fits": fits,
+                "scatter_of_fits_over_forecast": of_fits / design.noise_sd,
+                "scatter_of_fits_over_theirs": of_fits / equal_weights(design),
             }
         )
         print({key: value for key, value in rows[-1].items() if key not in ("design", "bindings")}, flush=True)
-    if not options.quick:
-        records.save("design", rows)
+        if not options.quick:
+            records.save("design", rows, draw(rows, designs))
     for row in rows:
         assert row["grid_over_design"] > 0.999, "the grid found a better design"
 

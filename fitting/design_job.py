@@ -4,10 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from fitting.fisher import information
 from fitting.knobs import Knob, chosen, knobs, still
 from fitting.known import deviation, require_held
-from fitting.prospects import FIELD, Bench, Layout, Limits, deviations
+from fitting.prospects import FIELD, Bench, Layout, Limits
 from fitting.sensitivities import free_beside
 from newtonjax.camera import Camera, middle
 from newtonjax.scene import Scene
@@ -84,13 +83,3 @@ def with_field(camera: Camera, found: dict[str, Knob]) -> dict[str, Knob]:
     """What may vary: the field, which is no number of scene or camera, before those that are."""
     field = min(camera.shape) * float(camera.pixel_size)
     return {FIELD: Knob(FIELD, field, "m", field, still, True), **found}
-
-
-def attained(job: Job, design: np.ndarray, target: float) -> tuple[float, float]:
-    """Relative deviation of one value of the target from the whole image, with what is known and by noise alone."""
-    scene, camera = job.made(design, target)
-    told = information(scene, camera, (*job.free, *job.held))
-    values = told.values[len(job.free) :]
-    known = [value * sd if share else sd for value, sd, share in zip(values, job.deviations, job.relative, strict=True)]
-    noise, total = deviations(told.matrix, len(job.free), np.array(known))
-    return float(total) / abs(target), float(noise) / abs(target)

@@ -106,7 +106,7 @@ class Search:
                 bounds=bounds,
                 constraints={"type": "ineq", "fun": lambda p: at(p)[2], "jac": lambda p: at(p)[3]},
                 method="SLSQP",
-                options={"maxiter": _STEPS, "ftol": 1e-6},
+                options={"maxiter": _STEPS, "ftol": 1e-5},
             )
             value, _, room, _ = at(np.clip(found.x, *np.array(bounds).T))
         except ArithmeticError:

@@ -6,24 +6,24 @@ with exact derivatives (Kraft 1988, SLSQP of SciPy: optimistix and optax have no
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 from jaxtyping import Float
 from scipy.stats import qmc
 
-from fitting.design_job import Job, attained
+from fitting.design_job import Job
 from fitting.design_search import BINDS, Binding, Search, none_found
 from fitting.fisher import FREE
-from fitting.prospects import LIMITS, Limits, prospects
+from fitting.prospects import LIMITS, Bench, Layout, Limits, forecast
 from newtonjax.camera import Camera
 from newtonjax.checks import require_whole
 from newtonjax.precision import x64
 from newtonjax.scene import Scene
 
-# Grids of nodes and samples that are tried until they agree with the whole image to `_AGREES`.
+# Grids of nodes and samples that are searched on until the next one agrees to `_AGREES`: its forecast is what is told.
 _AGREES = 0.02
-_GRIDS = ((5, 48), (9, 64), (17, 128), (33, 256))
+_GRIDS = ((5, 48), (9, 96), (17, 192), (33, 384))
 
 
 @dataclass(frozen=True)
@@ -141,15 +141,14 @@ def _best(job: Job, limits: Limits, robust: str, starts: int, seed: int, report:
     if not ended:
         raise none_found(search, runs)
     value, place, choice = min(ended, key=lambda one: one[0])
-    for k, grid in enumerate(_GRIDS):
-        if k:  # finer, from where the coarser one ended
+    for grid, finer in pairwise(_GRIDS):
+        if grid != _GRIDS[0]:  # from where the coarser one ended
             search = Search(job, job.layout(*grid), bench, robust)
             value, place = search.run(place[:count], choice) or (value, place)
             evaluations += search.evaluations
-        design = search.design(place[:count], choice)
-        exact = np.array([attained(job, design, target) for target in job.over])
-        fast = np.exp(search.look(place[:count], choice)[0])
-        if np.all(np.abs(exact[:, 0] / fast - 1) < _AGREES):
+        design, judge = search.design(place[:count], choice), job.layout(*finer)
+        told = forecast(judge, bench, design, job.over)
+        if np.all(np.abs(np.asarray(told.total) - search.look(place[:count], choice)[0]) < _AGREES):
             break
     else:
         raise ValueError("the field has too many fringes for a smooth forecast: give a smaller field, or fewer rings")
@@ -164,9 +163,9 @@ def _best(job: Job, limits: Limits, robust: str, starts: int, seed: int, report:
         dict(zip(job.names, design.tolist(), strict=True)),
         {name: knob.unit for name, knob in job.numbers.items()},
         dict(zip(job.names, job.before.tolist(), strict=True)),
-        float(pick(exact[:, 0])),
-        float(pick(exact[:, 1])),
-        _as_it_was(job, search, pick),
+        float(pick(np.exp(np.asarray(told.total)))),
+        float(pick(np.exp(np.asarray(told.noise)))),
+        _as_it_was(job, judge, bench, pick),
         scene,
         camera,
         search.bindings(place, choice),
@@ -176,7 +175,7 @@ def _best(job: Job, limits: Limits, robust: str, starts: int, seed: int, report:
     )
 
 
-def _as_it_was(job: Job, search: Search, pick) -> float | None:
-    value, _ = prospects(search.layout, search.bench, job.before, job.over)
-    within = np.all(np.asarray(value.used) <= 1 + BINDS) and np.all(np.isfinite(np.asarray(value.total)))
-    return float(pick([attained(job, job.before, target)[0] for target in job.over])) if within else None
+def _as_it_was(job: Job, judge: Layout, bench: Bench, pick) -> float | None:
+    told = forecast(judge, bench, job.before, job.over)
+    within = np.all(np.asarray(told.used) <= 1 + BINDS) and np.all(np.isfinite(np.asarray(told.total)))
+    return float(pick(np.exp(np.asarray(told.total)))) if within else None

@@ -110,19 +110,25 @@ def prospect(layout: Layout, bench: Bench, design: Float[Array, " varied"], targ
     stretch = [seen.pixel_size / size if name == "pixel_size" else 1.0 for name, _ in layout.moves[layout.free :]]
     spread = spread * jnp.asarray(stretch) / bench.scales[layout.free :] if stretch else jnp.zeros(0)
     noise, total = deviations(matrix, layout.free, spread)
-    unit = bench.scales[0] / target
+    unit = bench.scales[0] / jnp.abs(target)
     used = _used(bench.limits, camera, field, size, table, fields, onto)
     return Prospect(jnp.log(total * unit), jnp.log(noise * unit), used)
 
 
 @partial(jax.jit, static_argnums=0)
+def forecast(layout: Layout, bench: Bench, design: Float[Array, " varied"], targets: Float[Array, " targets"]):
+    """`prospect` of several values of the measured number."""
+    return jax.vmap(lambda target: prospect(layout, bench, design, target))(targets)
+
+
+@partial(jax.jit, static_argnums=0)
 def prospects(layout: Layout, bench: Bench, design: Float[Array, " varied"], targets: Float[Array, " targets"]):
-    """`prospect` of several values of the measured number, and its derivatives by the design."""
+    """`forecast`, and its derivatives by the design."""
 
-    def of_all(design):
-        return jax.vmap(lambda target: prospect(layout, bench, design, target))(targets)
+    def of_design(design):
+        return forecast(layout, bench, design, targets)
 
-    return of_all(design), jax.jacfwd(of_all)(design)
+    return of_design(design), jax.jacfwd(of_design)(design)
 
 
 def _edge_to_edge(camera: Camera, pitch) -> Camera:
