@@ -56,10 +56,10 @@ class Job:
             limits,
         )
 
-    def layout(self, nodes: int, samples: int) -> Layout:
+    def layout(self, nodes: int, samples: int, shifts: int = 1) -> Layout:
         varied = tuple((knob.name, knob.move) for knob in self.numbers.values())
         moves = tuple((knob.name, knob.move) for knob in self.moved.values())
-        return Layout(varied, moves, len(self.free), tuple(self.relative), nodes, samples)
+        return Layout(varied, moves, len(self.free), tuple(self.relative), nodes, samples, shifts)
 
     def made(self, design: np.ndarray, target: float) -> tuple[Scene, Camera]:
         """The bench of a design, its camera cropped to the field."""

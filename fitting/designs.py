@@ -6,7 +6,7 @@ with exact derivatives (Kraft 1988, SLSQP of SciPy: optimistix and optax have no
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise, product
+from itertools import product
 
 import numpy as np
 from jaxtyping import Float
@@ -21,9 +21,10 @@ from newtonjax.checks import require_whole
 from newtonjax.precision import x64
 from newtonjax.scene import Scene
 
-# Grids of nodes and samples that are searched on until the next one agrees to `_AGREES`: its forecast is what is told.
+# Nodes, samples and shifts of the fringes that are searched on, each with those whose forecast judges it: where they
+# agree to `_AGREES` the search ends. The first is smooth however many the fringes, the others are right for few.
 _AGREES = 0.02
-_GRIDS = ((5, 48), (9, 96), (17, 192), (33, 384))
+_GRIDS = (((5, 16, 12), (9, 384)), ((5, 48), (9, 384)), ((9, 96), (17, 384)), ((17, 192), (33, 384)))
 
 
 @dataclass(frozen=True)
@@ -130,7 +131,8 @@ def _best(job: Job, limits: Limits, robust: str, starts: int, seed: int, report:
     choices = list(product(*job.choose.values()))
     count = len(job.vary)
     points = np.clip(qmc.Sobol(max(count, 1), rng=seed).random(1 << (starts - 1).bit_length())[:starts, :count], 0, 1)
-    search = Search(job, job.layout(*_GRIDS[0]), bench, robust)
+    grids = _GRIDS if len(job.scene.beams) == 2 else _GRIDS[1:]  # phases of several pairs do not shift alike
+    search = Search(job, job.layout(*grids[0][0]), bench, robust)
     runs = [(point, choice) for choice in choices for point in (search.place(job.before), *points)]
     ended: list[tuple[float, np.ndarray, tuple]] = []
     for number, (point, choice) in enumerate(runs):
@@ -141,8 +143,8 @@ def _best(job: Job, limits: Limits, robust: str, starts: int, seed: int, report:
     if not ended:
         raise none_found(search, runs)
     value, place, choice = min(ended, key=lambda one: one[0])
-    for grid, finer in pairwise(_GRIDS):
-        if grid != _GRIDS[0]:  # from where the coarser one ended
+    for grid, finer in grids:
+        if grid != grids[0][0]:  # from where the one before ended
             search = Search(job, job.layout(*grid), bench, robust)
             value, place = search.run(place[:count], choice) or (value, place)
             evaluations += search.evaluations

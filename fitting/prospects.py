@@ -29,7 +29,8 @@ class Layout(NamedTuple):
     - `varied`: names and moves of the design's numbers, `FIELD` among them, which moves neither scene nor camera.
     - `moves`: of the measured number, of the other free numbers, and of those of limited knowledge.
     - `free`: how many of them are free; `relative`: of each of the others, whether its deviation is a fraction.
-    - `nodes`, `samples`: to a side of the field, of rays and of the rule.
+    - `nodes`, `samples`: to a side of the field, of rays and of the rule. `shifts`: of the fringes by equal parts of a
+      turn, over which the sums are averaged: for many fringes, which the samples then need not resolve; 1 for none.
     """
 
     varied: Moves
@@ -38,6 +39,7 @@ class Layout(NamedTuple):
     relative: tuple[bool, ...]
     nodes: int
     samples: int
+    shifts: int
 
 
 class Limits(NamedTuple):
@@ -94,12 +96,17 @@ def prospect(layout: Layout, bench: Bench, design: Float[Array, " varied"], targ
     at, weight = np.polynomial.legendre.leggauss(layout.samples)
     onto = chebvander(at, layout.nodes - 1)
     fields = list(_expand(table, onto, onto))
-    image, factors = combine(fields), slopes(fields)
     change = _expand(changes, onto, onto)
-    tangent = change[:, 0] + sum(factor * change[:, k + 1] for k, factor in enumerate(factors))
     pixels = camera.shape[0] * camera.shape[1] * (field / least / size) ** 2
-    shared = np.outer(weight, weight) / 4 * pixels / variance(image, camera)
-    matrix = jnp.einsum("pyx,yx,qyx->pq", tangent, shared, tangent, precision="highest")
+
+    def information(shift):
+        background, moduli, phases = split(fields)
+        shifted = [background, *moduli, *(phase + shift for phase in phases)]
+        tangent = change[:, 0] + sum(factor * change[:, k + 1] for k, factor in enumerate(slopes(shifted)))
+        shared = np.outer(weight, weight) / 4 * pixels / variance(combine(shifted), camera)
+        return jnp.einsum("pyx,yx,qyx->pq", tangent, shared, tangent, precision="highest")
+
+    matrix = jax.vmap(information)(np.arange(layout.shifts) / layout.shifts).mean(axis=0)
     held = list(bench.values[layout.free :])
     for k, (name, _) in enumerate(layout.moves[layout.free :]):
         if name in names:
