@@ -2,6 +2,8 @@
 
 from fitting import quantities
 
+_EXAMPLES = {"--vary": "400nm:700nm", "--known": "0.1nm", "--choose": "532nm,589.3nm"}
+
 
 def pairs(option: str, texts: list[str]) -> list[tuple[str, str]]:
     """(name, what it is given) of each text; several names may stand in one, with spaces between."""
@@ -9,7 +11,7 @@ def pairs(option: str, texts: list[str]) -> list[tuple[str, str]]:
     for text in (part for whole in texts for part in whole.split()):
         name, equals, value = text.partition("=")
         if not (name and equals and value):
-            raise ValueError(f"{option} {text!r}: give NAME=..., such as wavelength=400nm:700nm")
+            raise ValueError(f"{option} {text!r}: give NAME=..., such as wavelength={_EXAMPLES[option]}")
         found.append((name.replace("-", "_"), value))
     if twice := {name for name, _ in found if [n for n, _ in found].count(name) > 1}:
         raise ValueError(f"{option} names {sorted(twice)[0]} twice; give it once")

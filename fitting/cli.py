@@ -40,7 +40,7 @@ from fitting.options import (
     option,
     own_columns,
 )
-from fitting.refusal import UndeterminedError
+from fitting.refusal import exit_status
 from fitting.studies import design, sensitivity, tradeoff
 
 app = typer.Typer(
@@ -73,7 +73,7 @@ def main(arguments: list[str] | None = None) -> int:
     except typer.TyperException as error:
         return _fail(error.format_message())
     except (ValueError, OSError) as error:
-        return _fail(str(error), 3 if isinstance(error, UndeterminedError) else 2)
+        return _fail(str(error), exit_status(error))
     except typer.Abort:
         return 130
 

@@ -29,16 +29,23 @@ class Job:
         require_held(known, self.free)
         held = tuple(known)
         self.moved = chosen(found, (*self.free, *held))
-        given = [deviation(name, sd) for name, sd in known.items()]
+        given = [deviation(self.moved[name], sd) for name, sd in known.items()]
         self.relative = tuple(share for share, _ in given)
         self.deviations = tuple(sd for _, sd in given)
         self.held = held
         for name, (low, high) in vary.items():
             if not -np.inf < low < high < np.inf:
                 raise ValueError(f"{name} varies from {low} to {high}; allowed: a low and a higher finite number")
-            if self.numbers[name].positive and low <= 0:
-                raise ValueError(f"{name} varies from {low}; allowed: above zero")
+        for knob in self.numbers.values():
+            for value in (*vary.get(knob.name, ()), *choose.get(knob.name, ())):
+                if not np.isfinite(value):
+                    raise ValueError(f"{knob.name} is to be {value}; allowed: finite numbers")
+                if knob.positive and not value * knob.value > 0:
+                    side = "above" if knob.value > 0 else "below"
+                    raise ValueError(f"{knob.name} is to be {value}; allowed: {side} zero")
         own = self.moved[target].value
+        if over is not None and self.moved[target].move is still:
+            raise ValueError(f"over: {target} is of the image alone, and is what it is; leave it out")
         self.over = np.array([own] if over is None else over, dtype=float)
         if self.over.ndim != 1 or not len(self.over) or not np.all(np.isfinite(self.over) & (self.over != 0)):
             raise ValueError(f"over is {over!r}; allowed: values of the {target}, none of them 0")
@@ -72,7 +79,7 @@ class Job:
         if FIELD not in self.names:
             return scene, camera
         share = design[self.names.index(FIELD)] / (min(self.camera.shape) * float(camera.pixel_size))
-        rows, columns = (max(round(n * share), 2) for n in self.camera.shape)
+        rows, columns = (min(max(round(n * share), 2), n) for n in self.camera.shape)
         centre = camera.centre_px
         if centre is not None:
             centre = np.asarray(centre) - np.array(middle(camera.shape)) + np.array(middle((rows, columns)))
@@ -80,6 +87,12 @@ class Job:
 
 
 def with_field(camera: Camera, found: dict[str, Knob]) -> dict[str, Knob]:
-    """What may vary: the field, which is no number of scene or camera, before those that are."""
+    """What may vary: the field, which is no number of scene or camera, before those that are.
+
+    What is of the image alone cannot be designed.
+    """
     field = min(camera.shape) * float(camera.pixel_size)
-    return {FIELD: Knob(FIELD, field, "m", field, still, True), **found}
+    return {
+        FIELD: Knob(FIELD, field, "m", field, still, True),
+        **{k: v for k, v in found.items() if v.move is not still},
+    }

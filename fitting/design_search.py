@@ -35,26 +35,25 @@ class Search:
         bounds = np.array(list(job.vary.values())).reshape(-1, 2)
         self.low, self.high = bounds.T
         self.ratio = (self.low > 0) & (self.high > 2 * self.low)
+        self.base = np.where(self.ratio, self.low, 1.0)
+        self.factor = np.where(self.ratio, self.high / self.base, 2.0)
         self.worst = robust == "worst" and len(job.over) > 1
         self.evaluations = 0
 
     def design(self, place: np.ndarray, choice: tuple[float, ...]) -> np.ndarray:
-        by_ratio = np.where(self.ratio, self.low, 1.0) * np.where(self.ratio, self.high / self.low, 1.0) ** place
+        by_ratio = self.base * self.factor**place
         return np.concatenate([np.where(self.ratio, by_ratio, self.low + (self.high - self.low) * place), choice])
 
     def place(self, design: np.ndarray) -> np.ndarray:
         """Of a design, or what lies next to it in the bounds."""
         inside = np.clip(design[: len(self.low)], self.low, self.high)
-        ratio = np.where(self.ratio, inside / np.where(self.ratio, self.low, 1.0), 1.0)
-        by_ratio = np.log(ratio) / np.log(np.where(self.ratio, self.high / self.low, 2.0))
+        by_ratio = np.log(np.where(self.ratio, inside / self.base, 1.0)) / np.log(self.factor)
         return np.where(self.ratio, by_ratio, (inside - self.low) / (self.high - self.low))
 
     def step(self, place: np.ndarray) -> np.ndarray:
         """Change of each number per change of its place."""
         here = self.design(place, ())
-        return np.where(
-            self.ratio, here * np.log(np.where(self.ratio, self.high / self.low, 2.0)), self.high - self.low
-        )
+        return np.where(self.ratio, here * np.log(self.factor), self.high - self.low)
 
     def look(self, place: np.ndarray, choice: tuple[float, ...]):
         """Logarithms of deviations [targets] and rooms, -log of what is used of each limit; with slopes by place.
@@ -99,19 +98,22 @@ class Search:
             if self.worst:
                 start = np.append(start, self.look(start, choice)[0].max())
                 bounds.append((-np.inf, np.inf))
-            found = minimize(
-                lambda p: at(p)[0],
-                start,
-                jac=lambda p: at(p)[1],
-                bounds=bounds,
-                constraints={"type": "ineq", "fun": lambda p: at(p)[2], "jac": lambda p: at(p)[3]},
-                method="SLSQP",
-                options={"maxiter": _STEPS, "ftol": 1e-5},
-            )
-            value, _, room, _ = at(np.clip(found.x, *np.array(bounds).T))
+            end = start
+            if len(self.low):
+                found = minimize(
+                    lambda p: at(p)[0],
+                    start,
+                    jac=lambda p: at(p)[1],
+                    bounds=bounds,
+                    constraints={"type": "ineq", "fun": lambda p: at(p)[2], "jac": lambda p: at(p)[3]},
+                    method="SLSQP",
+                    options={"maxiter": _STEPS, "ftol": 1e-5},
+                )
+                end = np.clip(found.x, *np.array(bounds).T)
+            value, _, room, _ = at(end)
         except ArithmeticError:
             return None
-        return (float(value), found.x) if room.min() > -BINDS else None
+        return (float(value), end) if room.min() > -BINDS else None
 
     def bindings(self, place: np.ndarray, choice: tuple[float, ...]) -> tuple[Binding, ...]:
         """What holds a design, by the multipliers that balance its objective's slope (Karush, Kuhn and Tucker)."""
@@ -124,7 +126,7 @@ class Search:
             columns.append(by_room[k])
             names.append(None if k < targets else (LIMITS[k - targets], "limit", 1.0))
         for k, name in enumerate(self.job.vary):
-            size = abs(here[k]) / step[k]
+            size = (abs(here[k]) or self.high[k] - self.low[k]) / step[k]
             if min(place[k], 1 - place[k]) < BINDS:
                 low = place[k] < 0.5
                 columns.append(np.eye(len(place))[k] * (1.0 if low else -1.0))

@@ -100,7 +100,7 @@ def design(
         used part of the image, on the screen [m]. Without it the whole sensor is used.
       target: what is measured; free: what is fitted beside it.
       known: numbers that are held and known to a standard deviation only, in their units or, as "0.1%", of their value.
-        Their effect on the target is added to that of noise. Without it noise alone counts.
+        Their effect on the target, by its slope, is added to that of noise. Without it noise alone counts.
       over: values of the target that the design must measure; None for the scene's.
       robust: "worst" or "mean" of them.
       choose: discrete values by name, such as available wavelengths: every one is tried.
@@ -122,6 +122,10 @@ def design(
     for name, value in zip(limits._fields, limits, strict=True):
         if not value > 0:
             raise ValueError(f"{name} is {value}; allowed: above zero")
+    if fill > 1:
+        raise ValueError(f"fill is {fill}; allowed: at most 1, where the brightest pixel saturates")
+    if not rings[0] < rings[1]:
+        raise ValueError(f"rings is {rings}; allowed: fewer at least than at most")
     with x64():
         return _best(job, limits, robust, starts, seed, report or (lambda _: None))
 

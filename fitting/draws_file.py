@@ -12,40 +12,52 @@ from fitting import output
 _ROW = "draw"
 
 
-def write(
-    path: Path,
-    columns: dict[str, Float[np.ndarray, " draws"]],
-    units: dict[str, str],
-    study: dict[str, str],
-) -> None:
-    """A whole file or none: columns [units] of one length, and texts that say what they are."""
-    kept = io.BytesIO()
-    with netcdf_file(kept, "w") as file:
-        for name, text in study.items():
-            setattr(file, name, text.encode())
-        file.createDimension(_ROW, len(next(iter(columns.values()))))
-        for name, values in columns.items():
-            column = file.createVariable(name, "f8", (_ROW,))
-            column[:] = values
-            column.units = (units[name] or "1").encode()
-        file.flush()
-        content = kept.getvalue()
-    output.write(path, content, force=True)
+class Kept:
+    """A file of what was found at rows of numbers, which may end before the rows do.
 
-
-def read(path: Path, study: dict[str, str]) -> dict[str, Float[np.ndarray, " draws"]]:
-    """The columns of a file of the same study; none where there is no file.
+    `columns`: the rows, by number; `target`: the name of what is found there; `units`: of all; `study`: texts that say
+    what they are. `found`: what the file has already.
 
     Raises ValueError where the file is of another study, or no such file.
     """
-    if not path.exists():
-        return {}
-    try:
-        with netcdf_file(str(path), "r", mmap=False) as file:
-            same = all(getattr(file, name, b"") == text.encode() for name, text in study.items())
-            columns = {name: np.array(one[:], dtype=float) for name, one in file.variables.items()}
-    except (TypeError, ValueError, IndexError, OSError) as error:
-        raise ValueError(f"{path} is no file of draws ({error}); name another file, or remove it") from None
-    if not same:
-        raise ValueError(f"{path} holds draws of another study; name another file, or remove it")
-    return columns
+
+    def __init__(
+        self,
+        path: Path,
+        columns: dict[str, Float[np.ndarray, " rows"]],
+        target: str,
+        units: dict[str, str],
+        study: dict[str, str],
+    ):
+        self.path, self.columns, self.target, self.units, self.study = path, columns, target, units, study
+        self.found = self._read() if path.exists() else np.zeros(0)
+
+    def write(self, found: Float[np.ndarray, " found"]) -> None:
+        """A whole file or none."""
+        content = io.BytesIO()
+        with netcdf_file(content, "w") as file:
+            for name, text in self.study.items():
+                setattr(file, name, text.encode())
+            file.createDimension(_ROW, len(found))
+            for name, values in {**self.columns, self.target: found}.items():
+                column = file.createVariable(name, "f8", (_ROW,))
+                column[:] = values[: len(found)]
+                column.units = (self.units[name] or "1").encode()
+            file.flush()
+            output.write(self.path, content.getvalue(), force=True)
+
+    def _read(self) -> Float[np.ndarray, " found"]:
+        try:
+            with netcdf_file(str(self.path), "r", mmap=False) as file:
+                same = all(getattr(file, name, b"") == text.encode() for name, text in self.study.items())
+                columns = {name: np.array(one[:], dtype=float) for name, one in file.variables.items()}
+        except (TypeError, ValueError, IndexError, KeyError, AttributeError, OverflowError, OSError) as error:
+            raise ValueError(f"{self.path} is no file of draws ({error}); {_ELSE}") from None
+        found = columns.get(self.target, np.zeros(0))
+        rows = {name: values[: len(found)] for name, values in self.columns.items()}
+        if not (same and all(np.array_equal(columns.get(name, np.zeros(0)), values) for name, values in rows.items())):
+            raise ValueError(f"{self.path} holds draws of another study; {_ELSE}")
+        return found
+
+
+_ELSE = "remove it, or name another file or folder"

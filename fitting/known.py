@@ -4,19 +4,29 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from fitting.knobs import Knob
+
 Known = Mapping[str, float | int | str]
 
 
-def deviation(name: str, given: float | int | str) -> tuple[bool, float]:
-    """Whether it is a share of the value ("0.1%"), and the standard deviation. Raises ValueError for what is none."""
+def deviation(knob: Knob, given: float | int | str) -> tuple[bool, float]:
+    """Whether it is a share of the value ("0.1%"), and the standard deviation.
+
+    Raises ValueError for what is none, and for a share of a number that is 0.
+    """
     text = str(given).strip()
+    share = text.endswith("%")
     try:
-        value = float(text.removesuffix("%")) * (0.01 if text.endswith("%") else 1.0)
+        value = float(text.removesuffix("%")) * (0.01 if share else 1.0)
     except ValueError:
         value = np.nan
     if not 0 <= value < np.inf:
-        raise ValueError(f"known: {name} is {given!r}; allowed: a standard deviation in its unit, or a percentage")
-    return text.endswith("%"), value
+        raise ValueError(f"known: {knob.name} is {given!r}; allowed: a standard deviation in its unit, or a percentage")
+    if share and not knob.value:
+        raise ValueError(
+            f"known: {knob.name} is 0 here, of which {given} is nothing; give it in {knob.unit or 'units'}"
+        )
+    return share, value
 
 
 def require_held(known: Known, free: tuple[str, ...]) -> None:

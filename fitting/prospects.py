@@ -112,12 +112,16 @@ def prospect(layout: Layout, bench: Bench, design: Float[Array, " varied"], targ
         if name in names:
             held[k] = design[names.index(name)]
     sizes = [value if share else 1.0 for value, share in zip(held, layout.relative, strict=True)]
-    spread = jnp.asarray([size * sd for size, sd in zip(sizes, bench.deviations, strict=True)])
-    # Pixel sizes are moved in parts of their own: those of the frame seen here.
-    stretch = [seen.pixel_size / size if name == "pixel_size" else 1.0 for name, _ in layout.moves[layout.free :]]
-    spread = spread * jnp.asarray(stretch) / bench.scales[layout.free :] if stretch else jnp.zeros(0)
-    noise, total = deviations(matrix, layout.free, spread)
-    unit = bench.scales[0] / jnp.abs(target)
+    spread = jnp.asarray([size * sd for size, sd in zip(sizes, bench.deviations, strict=True)], dtype=float)
+    # In the frame seen here a pixel size is so much larger, and as many pixels aside are so many fewer.
+    larger = {
+        "pixel_size": seen.pixel_size / size,
+        "centre_x": size / seen.pixel_size,
+        "centre_y": size / seen.pixel_size,
+    }
+    stretch = jnp.asarray([larger.get(name, 1.0) for name, _ in layout.moves])
+    noise, total = deviations(matrix, layout.free, (spread * stretch[layout.free :]) / bench.scales[layout.free :])
+    unit = bench.scales[0] / jnp.abs(target) / stretch[0]
     used = _used(bench.limits, camera, field, size, table, fields, onto)
     return Prospect(jnp.log(total * unit), jnp.log(noise * unit), used)
 

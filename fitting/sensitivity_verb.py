@@ -16,8 +16,9 @@ from fitting.sensitivities import Sensitivity, derivative_images, free_beside, s
 from fitting.sobol import Spread, errors, spread
 
 _FILES = ("sensitivity.csv", "sensitivity.json", "sensitivity.png")
-_OF_DRAWS = ("spread.png", "spread.nc")
+_OF_DRAWS = ("spread.csv", "spread.json", "spread.png", "spread.nc")
 _PICTURES = 5
+_DRAWS = 128
 
 
 def run(
@@ -27,7 +28,7 @@ def run(
     accuracy: float,
     free: list[str] | None,
     known: list[str],
-    draws: int,
+    draws: int | None,
     folder: Path | None,
     force: bool,
 ) -> int:
@@ -39,13 +40,17 @@ def run(
     names = FREE if free is None else _names_of(free)
     given = assignments.known(known, {name: knob.unit for name, knob in there.items()})
     if given:
-        errors(there, given, free_beside(target, names, there), draws)
+        errors(there, given, free_beside(target, names, there), draws or _DRAWS)
+    elif draws is not None:
+        raise ValueError("--draws goes with --known NAME=SD, which says what is drawn")
     with progress("differentiating"):
         found = sensitivity(scene, camera, target, accuracy, names)
         shown = [target, *(one.name for one in found.neglected[:_PICTURES])]
         images = derivative_images(scene, camera, shown) if files else {}
     print(f"{said}\n{found}")
-    answer, pictures = {"scene": str(path), **asdict(found)}, [figure(found, images)] if files else []
+    if files:
+        answer = {"scene": str(path), **asdict(found)}
+        _write(files, (_csv(found), output.json_text(answer), as_png(figure(found, images))), force)
     if given:
         with steps("fitting") as report:
             spreads = spread(
@@ -54,18 +59,21 @@ def run(
                 given,
                 target,
                 names,
-                draws=draws,
+                draws=draws or _DRAWS,
                 keep=files[-1] if files else None,
                 report=report,
             )
         print(spreads)
-        answer["spread"] = {k: v for k, v in asdict(spreads).items() if k not in ("draws", "found")}
-        pictures += [spread_figure(spreads)] if files else []
-    if files:
-        answers = _csv(found), output.json_text(answer), *map(as_png, pictures)
-        for file, content in zip(files, answers, strict=False):
-            output.write(file, content, force)
+        if files:
+            answer = {"scene": str(path), **asdict(spreads)}
+            tables = _shares_csv(spreads), output.json_text(answer), as_png(spread_figure(spreads))
+            _write(files[len(_FILES) :], tables, force)
     return 0
+
+
+def _write(files: list[Path], contents: tuple[str | bytes, ...], force: bool) -> None:
+    for file, content in zip(files, contents, strict=False):
+        output.write(file, content, force)
 
 
 def _names_of(texts: list[str]) -> list[str]:
@@ -79,6 +87,17 @@ def _csv(found: Sensitivity) -> str:
     writer.writerow(["name", "unit", "value", f"slope_{found.unit or '1'}_per_unit", "tolerance"])
     for one in found.neglected:
         writer.writerow([one.name, one.unit, one.value, one.slope, "" if np.isinf(one.tolerance) else one.tolerance])
+    return text.getvalue()
+
+
+def _shares_csv(found: Spread) -> str:
+    text = io.StringIO(newline="")
+    writer = csv.writer(text)
+    index = ("first", "first_low", "first_high", "total", "total_low", "total_high")
+    writer.writerow(["name", "unit", "sd", f"slope_sd_{found.unit or '1'}", *index])
+    for one in found.shares:
+        row = (one.name, one.unit, one.sd, one.slope_sd, one.first, *one.first_range, one.total, *one.total_range)
+        writer.writerow(row)
     return text.getvalue()
 
 
@@ -136,7 +155,10 @@ def spread_figure(found: Spread):
     draws.legend(fontsize=8)
     rows = found.shares[::-1]
     height = 0.35
-    for shift, name, label in ((height / 2, "alone", "by itself"), (-height / 2, "together", "with what others add")):
+    for shift, name, label in (
+        (height / 2, "first", "first order: by itself"),
+        (-height / 2, "total", "total: with what others add"),
+    ):
         values = np.array([getattr(one, name) for one in rows])
         low, high = np.array([getattr(one, f"{name}_range") for one in rows]).T
         error = np.maximum([values - low, high - values], 0.0)

@@ -42,8 +42,11 @@ def sensitivity(
     ] = None,
     known: Known = None,
     draws: Annotated[
-        int, typer.Option(metavar="N", help="With --known: N times two more fits than numbers; a power of two.")
-    ] = 128,
+        int | None,
+        typer.Option(
+            metavar="N", help="With --known: N fits, times the numbers and two; a power of two.", show_default="128"
+        ),
+    ] = None,
     shape: Shape = None,
     pixel_size: ScreenPixel = None,
     output_dir: OutputDir = None,

@@ -13,7 +13,7 @@ import newtonjax as nj
 from fitting.cli import main
 from fitting.design_job import Job
 from fitting.fisher import FREE
-from fitting.prospects import LIMITS, Limits, deviations, prospects
+from fitting.prospects import LIMITS, Limits, deviations, forecast, prospects
 
 SCENE = nj.newton_rings(2.0, 550e-9, 0.3e-6, "reflected", screen="gap")
 CAMERA = nj.Camera((200, 240), 20e-6)
@@ -49,6 +49,14 @@ def test_the_forecast_is_that_of_the_whole_image(job):
         total, noise = attained(job, design)
         assert float(np.exp(fast.total[0])) == pytest.approx(total, rel=0.02)
         assert float(np.exp(fast.noise[0])) == pytest.approx(noise, rel=0.02)
+
+
+def test_a_centre_is_told_in_pixels_of_the_camera(job):
+    for design in (job.before, job.before * np.array([1.0, 0.6, 1.0, 1.0])):
+        aside = Job(SCENE, CAMERA, VARY, {}, "centre_x", FREE, {}, None)
+        fast = forecast(aside.layout(9, 96), aside.bench(LIMIT), design, jnp.asarray(aside.over))
+        told = fitting.information(*aside.made(design, aside.over[0]), aside.free)
+        assert float(np.exp(fast.noise[0])) * aside.over[0] == pytest.approx(told.sd("centre_x"), rel=0.03)
 
 
 def test_slopes_are_those_of_differences_at_the_design_too(job, found):
@@ -104,6 +112,8 @@ def test_a_range_of_radii_and_a_list_of_wavelengths():
     worst = fitting.design(SCENE, CAMERA, vary, over=(1.0, 2.0, 4.0), choose={"wavelength": (450e-9, 650e-9)}, starts=1)
     assert worst.values["wavelength"] in (450e-9, 650e-9)
     assert worst.over == (1.0, 2.0, 4.0)
+    chosen = fitting.design(SCENE, CAMERA, {}, choose={"wavelength": (450e-9, 650e-9)}, starts=1)
+    assert chosen.values == {"wavelength": 450e-9}
     mean = fitting.design(
         SCENE, CAMERA, vary, over=(1.0, 2.0, 4.0), robust="mean", choose={"wavelength": (450e-9, 650e-9)}, starts=1
     )
@@ -117,6 +127,12 @@ def test_a_range_of_radii_and_a_list_of_wavelengths():
         ({"colour": (1, 2)}, {}, "'colour' is no number of this scene"),
         ({"field": (2e-3, 1e-3)}, {}, "field varies from 0.002 to 0.001"),
         ({"field": (0.0, 1e-3)}, {}, "allowed: above zero"),
+        ({"field": (1e-3, 2e-3)}, {"choose": {"wavelength": (-450e-9,)}}, "allowed: above zero"),
+        ({"field": (1e-3, 2e-3)}, {"choose": {"wavelength": (np.nan,)}}, "allowed: finite numbers"),
+        ({"stray": (0.1, 1.0)}, {}, "'stray' is no number of this scene"),
+        ({"field": (1e-3, 2e-3)}, {"fill": 5.0}, "fill is 5.0; allowed: at most 1"),
+        ({"field": (1e-3, 2e-3)}, {"rings": (60, 3)}, "allowed: fewer at least than at most"),
+        ({"field": (1e-3, 2e-3)}, {"known": {"plate_tilt_x": "5%"}}, "plate_tilt_x is 0 here"),
         ({"radius": (1.0, 2.0)}, {}, "radius cannot be varied here"),
         ({"field": (1e-3, 2e-3)}, {"known": {"exposure": 1.0}}, "exposure is found by the fit"),
         ({"field": (1e-3, 2e-3)}, {"known": {"wavelength": "1 nm"}}, "allowed: a standard deviation in its unit"),
