@@ -44,7 +44,7 @@ def sensitivity(
     draws: Annotated[
         int | None,
         typer.Option(
-            metavar="N", help="With --known: N fits, times the numbers and two; a power of two.", show_default="128"
+            metavar="N", help="With --known: N fits, times the numbers and two; 32, 64, 128 ...", show_default="128"
         ),
     ] = None,
     shape: Shape = None,
@@ -54,12 +54,14 @@ def sensitivity(
 ) -> int:
     """Say how well every number of a bench must be known to measure the radius.
 
-    By what a fit with that number wrong would find, and what noise alone leaves. With
-    --output-dir a picture of it, of the image's derivatives too, and CSV and JSON.
+    By what a fit with that number wrong would find, and what noise alone
+    leaves. With --output-dir a picture of it, of the image's derivatives too,
+    and CSV and JSON.
 
-    With --known also what errors of these sizes do together, by fits: their shares of
-    the variance (Sobol), and a file of all fits (NetCDF) that goes on, with --force,
-    where Ctrl-C broke it off. A coarser --shape of the same field tells nearly the same.
+    With --known also what errors of these sizes do together, by fits: their
+    shares of the variance (Sobol), and a file of all fits (NetCDF) that goes
+    on, with --force, where Ctrl-C broke it off. A coarser --shape of the same
+    field tells nearly the same.
     """
     from fitting import sensitivity_verb
 
