@@ -13,6 +13,7 @@ if "JAX_COMPILATION_CACHE_DIR" not in os.environ:
     os.environ["JAX_COMPILATION_CACHE_DIR"] = _CACHE.name
     os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0.1"
 
+import costs
 import jax
 from hypothesis import settings
 from jaxtyping import install_import_hook
@@ -25,6 +26,11 @@ settings.register_profile("suite", deadline=None, derandomize=True, database=Non
 settings.load_profile("suite")
 
 _HOOK = install_import_hook(("newtonjax", "fitting"), "beartype.beartype")
+
+
+def pytest_configure(config):
+    """Count compiled programs and memory for the summary."""
+    costs.register(config)
 
 
 @pytest.fixture(scope="session")
