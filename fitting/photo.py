@@ -1,36 +1,53 @@
-"""Photographs: from a file or an array to a linear grey image, a mask, and what was decided on the way."""
+"""Photographs: from a file or an array to linear light, a mask, and what was decided on the way."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from scipy import ndimage
 
+from fitting.codes import Codes, Curve
 from fitting.image_file import load
-from fitting.smoothing import reduce, smooth, thin
+from fitting.smoothing import smooth, thin
 
 _CHANNELS = ("red", "green", "blue")
 # A code this near the top of its range no longer follows the light.
 _SATURATED = 0.98
+# Channels are compared on so many blocks of 2 x 2 pixels to a side.
+_COMPARED = 720
 
 
 @dataclass(frozen=True)
 class Photograph:
-    """An image made ready for a fit.
+    """A photograph made ready for a fit: the codes of one channel, from which light is made in bands or as a whole.
 
-    - `image` [rows, columns]: linear in the light, largest unmasked value about 1.
+    - `codes`: of the channel that was taken, with the curve that makes them linear light, largest unmasked about 1.
     - `mask` [rows, columns]: True where a pixel may be used.
     - `lit` [rows, columns]: as `mask`, with saturated pixels: bright they are, and a search that took them for nothing
       would find the rings of the mask.
     - `channel`: which was taken; `transfer`: how codes became light; `warnings`: what a person should know.
     """
 
-    image: np.ndarray
+    codes: Codes
     mask: np.ndarray
     lit: np.ndarray
     channel: str
     transfer: str
     warnings: list[str] = field(default_factory=list)
+
+    @cached_property
+    def image(self) -> np.ndarray:
+        """Linear light of every pixel, float64 [rows, columns]; made when first asked for."""
+        return self.codes.light()
+
+    def light_rows(self, start: int, stop: int) -> np.ndarray:
+        """Linear light of the rows from `start` up to `stop`, float32 [rows, columns]."""
+        return self.codes.rows(start, stop)
+
+    def raised(self, exponent: float, transfer: str) -> "Photograph":
+        """The same photograph with its light raised to an exponent, and the name of how codes became light now."""
+        return replace(self, codes=self.codes.raised(exponent), transfer=transfer)
 
 
 def read(
@@ -46,30 +63,33 @@ def read(
     Raises FileNotFoundError, and ValueError for what is no image.
     """
     picture = np.ma.asarray(load(source) if isinstance(source, str | Path) else source)
-    planes, top = _planes(picture.data)
-    curve, name = _transfer(transfer, top)
-    count = planes.shape[2]
-    channel = max(range(count), key=lambda c: _merit(planes[:, :, c], top)) if count > 1 else 0
-    code = planes[:, :, channel]
-    saturated = code >= min(_SATURATED * top, _pile_up(code))
-    light = curve(np.where(np.isfinite(code), code, 0.0) / (top if np.isfinite(top) else 1.0))
-    lit = np.isfinite(code) & _opaque(picture)
-    lit &= ~_wild(light, lit) & _lit(light)
+    raw, top, count = _checked(picture.data)
+    exponent, name = _transfer(transfer, top)
+    channel = max(range(count), key=lambda c: _merit(raw[:, :, c], top)) if count > 1 else 0
+    # A copy of its own, for an array of the caller's may change later; in this machine's order of bytes.
+    plane = np.array(raw[:, :, channel], raw.dtype.newbyteorder("="), order="C")
+    codes = Codes(plane, Curve(top if np.isfinite(top) else 1.0, exponent))
+    lit = _opaque(picture)
+    if not np.issubdtype(plane.dtype, np.integer):
+        lit &= np.isfinite(plane)
+    lit &= _not_wild(codes, lit) & _lit(codes)
     warnings = []
     if mask is not None:
         mask = np.asarray(mask, dtype=bool)
-        if mask.shape != code.shape:
-            raise ValueError(f"mask has shape {mask.shape}; allowed: the image's, {code.shape}")
+        if mask.shape != plane.shape:
+            raise ValueError(f"mask has shape {mask.shape}; allowed: the image's, {plane.shape}")
         lit &= mask
-    usable = lit & ~saturated
-    share = float(np.mean(saturated))
+    follows = _below(plane, min(_SATURATED * top, _pile_up(plane)))
+    usable = lit & follows
+    share = 1.0 - float(np.mean(follows))
     if share > 0.02:
         warnings.append(f"{share:.0%} of the pixels are saturated and were left out; expose less")
     sample = thin(usable)
-    known = light[sample][usable[sample]]
-    scale = float(np.percentile(known, 99.5)) if known.size else 0.0
-    labels = _CHANNELS if planes.shape[2] == 3 else ("grey",)
-    return Photograph(light / (scale or 1.0), usable, lit, labels[channel], name, warnings)
+    known = codes.light(sample)[usable[sample]]
+    unit = float(np.percentile(known, 99.5)) if known.size else 0.0
+    codes = Codes(plane, replace(codes.curve, unit=unit or 1.0))
+    labels = _CHANNELS if count == 3 else ("grey",)
+    return Photograph(codes, usable, lit, labels[channel], name, warnings)
 
 
 def read_mask(path: str | Path) -> np.ndarray:
@@ -80,9 +100,19 @@ def read_mask(path: str | Path) -> np.ndarray:
 
 def _opaque(picture: np.ma.MaskedArray) -> np.ndarray:
     """False where an alpha channel is 0, or a masked array is masked."""
-    hidden = np.ma.getmaskarray(picture)
-    hidden = hidden if picture.ndim == 2 else np.any(hidden, axis=2)
-    return ~hidden & (picture.data[:, :, -1] > 0) if picture.ndim == 3 and picture.shape[2] in (2, 4) else ~hidden
+    visible = np.ones(picture.shape[:2], bool)
+    if picture.mask is not np.ma.nomask:
+        visible &= ~(picture.mask if picture.ndim == 2 else np.any(picture.mask, axis=2))
+    if picture.ndim == 3 and picture.shape[2] in (2, 4):
+        visible &= picture.data[:, :, -1] > 0
+    return visible
+
+
+def _below(plane: np.ndarray, level: float) -> np.ndarray:
+    """Where codes are below a level; of integers without a copy of them as floats."""
+    if not np.isfinite(level):
+        return ~(plane >= level)
+    return ~(plane >= (np.ceil(level).astype(plane.dtype) if np.issubdtype(plane.dtype, np.integer) else level))
 
 
 def _pile_up(code: np.ndarray) -> float:
@@ -101,18 +131,17 @@ def _pile_up(code: np.ndarray) -> float:
     return float(known.max()) if at.sum() > 6 * (below == below.max()).sum() else np.inf
 
 
-def _wild(light: np.ndarray, lit: np.ndarray) -> np.ndarray:
-    """Pixels further outside of the middle 99 % than these are wide: hot, dead or struck ones, which no rings make."""
+def _not_wild(codes: Codes, lit: np.ndarray) -> np.ndarray:
+    """False for pixels further outside of the middle 99 % than these are wide: hot, dead or struck, as no rings are."""
     sample = thin(lit, 40_000)
     if not lit[sample].any():
-        return np.zeros(light.shape, bool)
-    low, high = np.percentile(light[sample][lit[sample]], [0.5, 99.5])
-    if high == low:
-        return np.zeros(light.shape, bool)
-    return (light > 2 * high - low) | (light < 2 * low - high)
+        return np.ones(codes.shape, bool)
+    low, high = np.percentile(codes.light(sample)[lit[sample]], [0.5, 99.5])
+    return np.ones(codes.shape, bool) if high == low else codes.between(2 * low - high, 2 * high - low)
 
 
-def _planes(raw: np.ndarray) -> tuple[np.ndarray, float]:
+def _checked(raw: np.ndarray) -> tuple[np.ndarray, float, int]:
+    """Codes [rows, columns, channels], the largest there may be, and how many channels differ and hold light."""
     if raw.ndim not in (2, 3) or min(raw.shape[:2]) < 16:
         raise ValueError(
             f"an image of shape {raw.shape} was given; allowed: [rows, columns] or with channels, 16 pixels up"
@@ -121,16 +150,17 @@ def _planes(raw: np.ndarray) -> tuple[np.ndarray, float]:
         raise ValueError(f"an image with {raw.shape[2]} channels was given; allowed: 1 to 4")
     if not (np.issubdtype(raw.dtype, np.integer) or np.issubdtype(raw.dtype, np.floating)):
         raise ValueError(f"an image of type {raw.dtype} was given; allowed: integers or floats")
-    top = _top(raw)
-    planes = raw[:, :, None] if raw.ndim == 2 else raw[:, :, : 3 if raw.shape[2] >= 3 else 1]
-    planes = planes.astype(float)
-    if (
-        planes.shape[2] == 3
-        and np.array_equal(planes[..., 0], planes[..., 1])
-        and np.array_equal(planes[..., 1], planes[..., 2])
-    ):
-        planes = planes[:, :, :1]
-    return planes, top
+    planes = raw[:, :, None] if raw.ndim == 2 else raw
+    return planes, _top(raw), 3 if planes.shape[2] >= 3 and not _is_grey(planes) else 1
+
+
+def _is_grey(planes: np.ndarray) -> bool:
+    """Whether three channels are one; a few rows tell it of most images."""
+    for part in (planes[::64], planes):
+        red, green, blue = (part[:, :, k] for k in range(3))
+        if not (np.array_equal(red, green) and np.array_equal(green, blue)):
+            return False
+    return True
 
 
 def _top(raw: np.ndarray) -> float:
@@ -142,51 +172,49 @@ def _top(raw: np.ndarray) -> float:
     return 255.0 if raw.max() <= 255 else 65535.0 if raw.max() <= 65535 else float(np.iinfo(raw.dtype).max)
 
 
-def _transfer(transfer: str | float | None, top: float):
+def _transfer(transfer: str | float | None, top: float) -> tuple[float | None, str]:
+    """The curve's exponent, None for sRGB, and its name."""
     if transfer is None:
         transfer = "srgb" if top <= 255 else "linear"
-    if transfer == "linear":
-        return (lambda code: code), "linear"
-    if transfer == "srgb":
-        # IEC 61966-2-1: linear below 0.04045, else ((c + 0.055) / 1.055)^2.4.
-        return (lambda c: np.where(c <= 0.04045, c / 12.92, ((np.maximum(c, 0.04045) + 0.055) / 1.055) ** 2.4)), "srgb"
+    if transfer in ("linear", "srgb"):
+        return (1.0 if transfer == "linear" else None), str(transfer)
     try:
         exponent = float(transfer)
     except (TypeError, ValueError):
         exponent = np.nan
     if not 0.1 <= exponent <= 10:
         raise ValueError(f"transfer is {transfer!r}; allowed: 'linear', 'srgb', or an exponent from 0.1 to 10")
-    return (lambda code: np.maximum(code, 0.0) ** exponent), f"exponent {exponent:g}"
+    return exponent, f"exponent {exponent:g}"
 
 
 def _merit(plane: np.ndarray, top: float) -> float:
-    """Contrast at fringe scales over pixel noise, less what is saturated."""
-    plane = np.nan_to_num(plane)
-    reduced = plane[: plane.shape[0] // 2 * 2, : plane.shape[1] // 2 * 2]
-    reduced = (reduced[::2, ::2] + reduced[1::2, ::2] + reduced[::2, 1::2] + reduced[1::2, 1::2]) / 4
-    band = ndimage.gaussian_filter(reduced, 1.0) - ndimage.gaussian_filter(reduced, max(reduced.shape) / 25)
+    """Contrast at fringe scales over pixel noise, less what is saturated; on every so many-th block of 2 x 2."""
+    step = 2 * max(1, max(plane.shape) // _COMPARED)
+    rows, columns = (n // 2 * 2 for n in plane.shape)
+    corners = [plane[j:rows:step, i:columns:step] for j in (0, 1) for i in (0, 1)]
+    saturated = np.mean([np.mean(~_below(corner, _SATURATED * top)) for corner in corners])
+    blocks = np.mean([np.nan_to_num(corner.astype(np.float32)) for corner in corners], axis=0)
+    band = ndimage.gaussian_filter(blocks, 1.0) - smooth(blocks, max(blocks.shape) / 25)
     contrast = np.percentile(np.abs(band), 75)
-    noise = np.median(np.abs(np.diff(reduced, axis=1) - np.roll(np.diff(reduced, axis=1), 1, axis=0))) / 2
-    saturated = np.mean(plane >= _SATURATED * top)
+    slope = np.diff(blocks, axis=1)
+    noise = np.median(np.abs(slope[1:] - slope[:-1])) / 2
     return float(contrast / (noise + 0.02 * contrast + 1e-30) * np.sqrt(contrast) * (1 - saturated) ** 4)
 
 
-def _lit(light: np.ndarray) -> np.ndarray:
+def _lit(codes: Codes) -> np.ndarray:
     """The part of the frame inside the field stop: everything, unless one bright region stands in a dark surround.
 
     Wide dark rings are no surround: there are other bright ones beyond them, or the dark is a small part of the frame,
     or it is far from even (numbers from real stops and from rendered rings of 0.1 to 10 m).
     """
-    from skimage.filters import threshold_otsu
-
-    everything = np.ones(light.shape, bool)
-    width = max(2.0, min(light.shape) / 40)
+    everything = np.ones(codes.shape, bool)
+    width = max(2.0, min(codes.shape) / 40)
     factor = max(1, int(width / 4))
     width /= factor
-    blurred = smooth(reduce(light, factor), width)
+    blurred = smooth(codes.means(factor), width)
     if np.ptp(blurred) == 0:
         return everything
-    bright = blurred > threshold_otsu(blurred)
+    bright = blurred > _threshold(blurred)
     high, low = blurred[bright].mean(), blurred[~bright].mean()
     field = _largest(np.asarray(ndimage.binary_fill_holes(bright)))
     dark = np.asarray(ndimage.binary_erosion(~field, iterations=round(2 * width), border_value=1), bool)
@@ -197,8 +225,19 @@ def _lit(light: np.ndarray) -> np.ndarray:
     # Near halfway down the edge lies the stop; the blur's width further in, light is no longer cut.
     field = _largest(np.asarray(ndimage.binary_fill_holes(blurred > low + 0.35 * (high - low))))
     field = ndimage.binary_erosion(field, iterations=round(width), border_value=1)
-    rows, columns = (np.minimum(np.arange(n) // factor, m - 1) for n, m in zip(light.shape, field.shape, strict=True))
+    rows, columns = (np.minimum(np.arange(n) // factor, m - 1) for n, m in zip(codes.shape, field.shape, strict=True))
     return field[np.ix_(rows, columns)]
+
+
+def _threshold(values: np.ndarray) -> float:
+    """The level that divides values into two kinds with the largest variance between these (Otsu 1979)."""
+    counts, edges = np.histogram(values, 256)
+    middles = (edges[:-1] + edges[1:]) / 2
+    below = np.cumsum(counts)[:-1]
+    total = np.cumsum(counts * middles)
+    above = values.size - below
+    between = below * above * ((total[-1] - total[:-1]) / np.maximum(above, 1) - total[:-1] / below) ** 2
+    return float(middles[np.argmax(between)])
 
 
 def _largest(field: np.ndarray) -> np.ndarray:

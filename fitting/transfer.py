@@ -1,7 +1,5 @@
 """Whether the codes follow the light: the fringes' second harmonic, and the exponent that takes it away."""
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 
@@ -45,7 +43,7 @@ def linearized(photograph: Photograph, found: Fitted) -> Photograph | None:
     if left(exponent) > 0.98 * left(1.0):
         return None
     name = f"{photograph.transfer}, then exponent {exponent:.3g} (fitted)"
-    return replace(photograph, image=_raised(photograph.image, exponent), transfer=name)
+    return photograph.raised(exponent, name)
 
 
 def _raised(light: np.ndarray, exponent: float) -> np.ndarray:
