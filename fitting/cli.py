@@ -1,5 +1,6 @@
 """The command `newtonjax`: its verbs and their options. What is heavy is imported inside the verbs."""
 
+import gc
 import io
 import signal
 import sys
@@ -61,6 +62,9 @@ def _stop(number: int, frame: object) -> NoReturn:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; its exit status. Errors go to stderr in one line."""
     arguments = sys.argv[1:] if arguments is None else arguments
+    # Importing and tracing make hundreds of thousands of objects that stay: looking through them for cycles at the
+    # usual intervals takes as long as importing JAX.
+    gc.set_threshold(200_000, 20, 20)
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGTERM, _stop)
     for stream in (sys.stdout, sys.stderr):

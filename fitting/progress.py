@@ -1,10 +1,10 @@
 """A line on the terminal for what takes longer than a second; it says when JAX is compiling."""
 
+import os
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-
-from rich.console import Console
 
 PATIENCE = 1.0
 _COMPILING = "/jax/compilation_cache/compile_requests_use_cache"
@@ -14,11 +14,12 @@ _COMPILED = "/jax/core/compile/backend_compile_duration"
 @contextmanager
 def progress(task: str) -> Iterator[None]:
     """Show `task` on stderr from the first second on until the block ends; nothing where stderr is no terminal."""
-    console = Console(stderr=True)
-    if not console.is_terminal:
+    if not _on_a_terminal():
         yield
         return
-    status = console.status(task)
+    from rich.console import Console
+
+    status = Console(stderr=True).status(task)
     timer = threading.Timer(PATIENCE, status.start)
     timer.start()
     try:
@@ -36,12 +37,20 @@ def progress(task: str) -> Iterator[None]:
 @contextmanager
 def steps(task: str) -> Iterator[Callable[[int, int], None]]:
     """A bar on stderr for a task of known length: call what it yields with the steps done and their number."""
+    if not _on_a_terminal():
+        yield lambda *_: None
+        return
+    from rich.console import Console
     from rich.progress import Progress
 
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+    with Progress(console=Console(stderr=True), transient=True) as bar:
         line = bar.add_task(task, total=None)
         yield lambda done, total: bar.update(line, completed=done, total=total)
+
+
+def _on_a_terminal() -> bool:
+    """As rich decides it, without its import where nothing is to be shown."""
+    return sys.stderr.isatty() or bool(os.environ.get("FORCE_COLOR"))
 
 
 @contextmanager

@@ -7,6 +7,20 @@ import re
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 _UNIT = re.compile(r"[^\W\d_]+|°")
 _EXAMPLES = {"length": "nm, um, mm, cm or m, as in 589.3nm", "angle": "mrad, rad, deg or arcsec, as in 0.1mrad"}
+# Read without pint, whose registry takes longer to build than the other units are worth.
+_USUAL = {
+    "length": {
+        "nm": 1e-9,
+        "um": 1e-6,
+        "\N{MICRO SIGN}m": 1e-6,
+        "\N{GREEK SMALL LETTER MU}m": 1e-6,
+        "mm": 1e-3,
+        "cm": 1e-2,
+        "m": 1.0,
+        "km": 1e3,
+    },
+    "angle": {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180},
+}
 _KNOWN = {
     "length": ("meter", "micron", "angstrom", "inch", "foot", "thou", "mil"),
     "angle": ("radian", "degree", "arcminute", "arcsecond", "turn", "gradian"),
@@ -69,6 +83,8 @@ def _si(text: str, kind: str) -> float:
 
 def _factor(unit: str, kind: str) -> float | None:
     """The SI value of one unit; None where pint does not know it or it measures something else."""
+    if unit in _USUAL[kind]:
+        return _USUAL[kind][unit]
     import pint
 
     if not _UNIT.fullmatch(unit):  # one word: pint itself would go on to products and powers

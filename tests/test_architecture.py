@@ -13,6 +13,7 @@ PACKAGES = ("newtonjax", "fitting")
 FILES = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
 SIMULATOR = {"equinox", "jax", "jaxtyping", "matplotlib", "msgspec", "newtonjax", "numpy", "tomli_w"}
 HEAVY = ("equinox", "jax", "matplotlib", "numpy", "pint", "scipy", "skimage")
+RARE = ("corner", "emcee", "h5py", "imageio", "matplotlib", "pint", "png", "rich", "skimage", "tifffile")
 
 
 def module_name(path: Path) -> str:
@@ -119,6 +120,16 @@ def test_help_comes_without_the_heavy_imports():
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False, cwd=ROOT)
     assert done.returncode == 0, done.stderr
     assert "fit" in done.stdout
+
+
+@pytest.mark.parametrize("verb", ["fit_verb", "render_verb"])
+def test_a_verb_is_ready_without_what_only_a_picture_or_a_chain_needs(verb):
+    program = (
+        f"import sys; from fitting import cli, {verb}, measure; cli.quantities.length('2um'); "
+        f"rare = [name for name in {RARE!r} if name in sys.modules]; sys.exit(f'loaded {{rare}}' if rare else 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False, cwd=ROOT)
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", "experiments/README.md"])

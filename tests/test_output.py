@@ -3,6 +3,7 @@
 import json
 import os
 
+import imageio.v3 as iio
 import numpy as np
 import pytest
 from hypothesis import given
@@ -50,3 +51,11 @@ def test_srgb_undoes_the_published_curve(linear):
     value = float(png.to_srgb(np.asarray(linear)))
     back = value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
     assert back == pytest.approx(linear, abs=1e-7)  # the standard's own constants leave a step of 3e-8
+
+
+@pytest.mark.parametrize("bits", [8, 16])
+@pytest.mark.parametrize("shape", [(1, 1), (7, 5), (64, 1), (33, 48)])
+def test_another_program_reads_back_the_codes_of_a_png(shape, bits):
+    image = np.random.default_rng(0).uniform(-0.2, 1.2, shape)
+    for picture in (image, np.asfortranarray(image)):
+        assert np.array_equal(iio.imread(png.encode(picture, bits)), png.codes(image, bits))

@@ -32,6 +32,15 @@ def test_an_angle_with_its_unit_becomes_radians(text, radians):
     assert quantities.angle(text) == pytest.approx(radians, rel=1e-15)
 
 
+@pytest.mark.parametrize(
+    ("kind", "unit"), [(kind, unit) for kind, units in quantities._USUAL.items() for unit in units]
+)
+def test_the_usual_units_are_those_of_pint(kind, unit):
+    root = quantities._registry().Quantity(1.0, unit).to_root_units()
+    assert quantities._USUAL[kind][unit] == root.magnitude
+    assert str(root.units) == {"length": "meter", "angle": "radian"}[kind]
+
+
 @pytest.mark.parametrize("text", ["589.3", "0", "-1e-9", "1."])
 def test_a_bare_number_is_refused_with_the_units_offered(text):
     with pytest.raises(ValueError, match=r"has no unit; give one of nm, um, mm, cm or m, as in 589\.3nm"):
