@@ -91,7 +91,7 @@ class NormalMatrix:
 
 
 def score_drop(here: NormalMatrix, crossed: np.ndarray, own: np.ndarray, gradient: np.ndarray) -> float:
-    """Drop of chi-squared when columns join: their products with all unknowns and among themselves, and their gradient."""
+    """Drop of chi-squared when columns join: their products with all unknowns, among themselves, and their gradient."""
     crossed = crossed[here.active]
     share = here.inverse() @ crossed
     left = own - crossed.T @ share
