@@ -10,6 +10,7 @@ from numpy.polynomial.chebyshev import chebvander
 from rings_data import coordinates
 
 from fitting import fringe_sums, gap_phase
+from fitting.codes import Codes, Curve
 from fitting.elimination import CONTRAST, image_of
 from fitting.models import NUMBERS, GapModel, as_arrays, frame_of
 from fitting.moments import BACKGROUND, degrees
@@ -36,7 +37,7 @@ def picture(shape, numbers, noise, seed=0):
 
 def photograph(image, mask=None):
     mask = np.ones(image.shape, bool) if mask is None else mask
-    return Photograph(image, mask, mask, "grey", "linear")
+    return Photograph(Codes(image, Curve(1.0, 1.0)), mask, mask, "grey", "linear")
 
 
 def problem_on(reduced, **given):
