@@ -1,5 +1,6 @@
 """One channel of a photograph as its codes, and the linear light that they stand for, made in bands of rows."""
 
+import functools
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -58,9 +59,9 @@ class Codes:
         codes = self.codes[part]
         return self.curve(codes) if self._table is None else self._table[codes.view(self._index)]
 
-    def rows(self, start: int, stop: int) -> np.ndarray:
+    def rows(self, start: int, stop: int, columns: slice = slice(None)) -> np.ndarray:
         """Light of a band of rows, float32 [rows, columns]."""
-        codes = self.codes[start:stop]
+        codes = self.codes[start:stop, columns]
         if self._single is None:
             return self.curve(codes).astype(np.float32)
         return self._single[codes.view(self._index)]
@@ -80,15 +81,28 @@ class Codes:
         bands = [self.curve(self.codes[k : k + _BAND]) for k in range(0, self.shape[0], _BAND)]
         return np.concatenate([(band >= low) & (band <= high) for band in bands])
 
-    def means(self, factor: int) -> np.ndarray:
-        """Mean light over blocks of `factor` pixels a side, float64; what is left at the far edges is cut off."""
-        rows, columns = (n // factor for n in self.shape)
-        means, step = np.empty((rows, columns)), max(1, _BAND // factor)
+    def means(
+        self, factor: int, box: tuple[slice, slice] = (slice(None), slice(None)), mask: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Mean light over a mask's pixels in blocks of `factor` to a side, and the share of these in each block.
+
+        The blocks [rows, columns], float64, begin at the box's corner; what is left at its far edges is cut off. A
+        block without any has a mean of 0.
+        """
+        (top, bottom, _), (first, last, _) = (part.indices(n) for part, n in zip(box, self.shape, strict=True))
+        rows, columns = (bottom - top) // factor, (last - first) // factor
+        across = slice(first, first + columns * factor)
+        sums, counts = np.empty((rows, columns)), np.full((rows, columns), float(factor**2))
+        step = max(1, _BAND // factor)
         for start in range(0, rows, step):
-            band = self.rows(start * factor, min(start + step, rows) * factor)[:, : columns * factor]
-            lines = band.reshape(-1, factor, columns * factor).sum(axis=1)
-            means[start : start + step] = sum(lines[:, k::factor] for k in range(factor))
-        return means / factor**2
+            low, high = (top + factor * min(k, rows) for k in (start, start + step))
+            light = self.rows(low, high, across)
+            if mask is not None:
+                used = mask[low:high, across]
+                light *= used
+                counts[start : start + step] = _sums(used.view(np.uint8), factor, np.uint16)
+            sums[start : start + step] = _sums(light, factor, np.float32)
+        return sums / np.maximum(counts, 1.0), counts / factor**2
 
     def raised(self, exponent: float) -> "Codes":
         """The same codes with their light raised to an exponent."""
@@ -108,3 +122,9 @@ class Codes:
     @cached_property
     def _single(self) -> np.ndarray | None:
         return None if self._table is None else self._table.astype(np.float32)
+
+
+def _sums(band: np.ndarray, factor: int, kind: type) -> np.ndarray:
+    """Sums over blocks of a band whose sides are multiples of `factor`."""
+    lines = band.reshape(-1, factor, band.shape[1]).sum(axis=1, dtype=kind)
+    return functools.reduce(np.add, (lines[:, k::factor] for k in range(factor)))

@@ -9,13 +9,14 @@ import jax
 import numpy as np
 
 from fitting.illumination import Fitted, numbers_of, robust_fit
+from fitting.matched import Rings
 from fitting.models import NUMBERS, GapModel, curved_surface, frame_of
 from fitting.photo import Photograph, read
 from fitting.quantity import Quantities, checked_fixed, checked_plate, checked_start, held_turns, quantities
 from fitting.result import FitResult
 from fitting.scene_start import scene_start
 from fitting.selection import Choice, adapt, checked_parts
-from fitting.start import Rings, find_rings, follow, settle
+from fitting.start import find_rings, follow, settled
 from fitting.summary import refused, summarize
 from fitting.transfer import linearized
 from fitting.trials import WARPS
@@ -158,14 +159,14 @@ def _known(arguments: dict, scene: Scene | None) -> Quantities:
 
 def _start(photograph: Photograph, known: Quantities, start: dict) -> Rings:
     if not start:
-        return find_rings(photograph.image, photograph.lit)
+        return find_rings(photograph)
     scale = start.get("fringe_scale_per_px2")
     if scale is None:
         values = known.given
         if "pixel_size" not in values or "wavelength" not in values:
             raise ValueError("start holds a radius, which needs pixel_size and wavelength; give fringe_scale_per_px2")
         scale = values.get("index", 1.0) * values["pixel_size"] ** 2 / (start["radius"] * values["wavelength"])
-    return follow(photograph.image, photograph.lit, Rings(float(scale), start["centre_px"], 0.0, 0.0))
+    return follow(photograph, Rings(float(scale), start["centre_px"], 0.0, 0.0))
 
 
 def _of_gap(photograph, rings: Rings, known, view: str, fixed: dict, wishes: dict, pinned: float, scene) -> Choice:
@@ -189,7 +190,7 @@ def _fit_gap(photograph: Photograph, rings: Rings, known: Quantities, view: str,
     frame = frame_of(photograph.image.shape)
     model = GapModel(frame, known.sphere(rings.scale), known.plate_curvature)
     if "centre_px" in fixed:
-        rings = settle(photograph.image, photograph.lit, replace(rings, centre=fixed["centre_px"]))
+        rings = settled(photograph, replace(rings, centre=fixed["centre_px"]))
     place = [(c - m) / frame.unit for c, m in zip(rings.centre, frame.middle, strict=True)]
     phase = rings.phase
     if "gap" in fixed:

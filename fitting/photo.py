@@ -211,7 +211,7 @@ def _lit(codes: Codes) -> np.ndarray:
     width = max(2.0, min(codes.shape) / 40)
     factor = max(1, int(width / 4))
     width /= factor
-    blurred = smooth(codes.means(factor), width)
+    blurred = smooth(codes.means(factor)[0], width)
     if np.ptp(blurred) == 0:
         return everything
     bright = blurred > _threshold(blurred)

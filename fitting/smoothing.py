@@ -11,10 +11,11 @@ _BLOCK = 16
 _SIZES = (16, 32, 64, 128, 256)
 
 
-def flatten(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
+def flatten(image: np.ndarray, mask: np.ndarray, window: tuple[np.ndarray, np.ndarray] | None = None) -> np.ndarray:
     """Fringes alone: a masked polynomial background taken off, the local strength divided out, a soft window on.
 
-    Zero where masked. The background has degree 4: with less, a bright middle passes for the first ring.
+    Zero where masked. The background has degree 4: with less, a bright middle passes for the first ring. `window`: of
+    the rows and of the columns; without it the image's edges are softened.
     """
     rows, columns = image.shape
     sample = thin(mask, 40_000)
@@ -32,8 +33,8 @@ def flatten(image: np.ndarray, mask: np.ndarray) -> np.ndarray:
     width = min(rows, columns) / 8
     power = smooth(fringes**2, width) / (smooth(mask.astype(float), width) + 1e-6)
     floor = 0.05 * np.median(power[mask])
-    window = _taper(rows)[:, None] * _taper(columns)[None]
-    return (fringes / np.sqrt(np.maximum(power, 0) + floor + 1e-30) * window).astype(np.float32)
+    down, across = window or (taper(rows), taper(columns))
+    return (fringes / np.sqrt(np.maximum(power, 0) + floor + 1e-30) * down[:, None] * across).astype(np.float32)
 
 
 def smooth(image: np.ndarray, width: float) -> np.ndarray:
@@ -50,7 +51,8 @@ def smooth(image: np.ndarray, width: float) -> np.ndarray:
     return small
 
 
-def _taper(n: int) -> np.ndarray:
+def taper(n: int) -> np.ndarray:
+    """A window of so many pixels that rises from 0 to 1 over 8 % of them at either end."""
     edge = np.clip(np.minimum(np.arange(n) + 0.5, n - np.arange(n) - 0.5) / (0.08 * n), 0, 1)
     return np.sin(np.pi / 2 * edge) ** 2
 
@@ -76,6 +78,15 @@ def reduce(image: np.ndarray, factor: int) -> np.ndarray:
     # Slices, added one by one: a mean over two short axes takes up to seven times as long.
     lines = functools.reduce(np.add, (image[k:rows:factor, :columns] for k in range(factor)))
     return functools.reduce(np.add, (lines[:, k::factor] for k in range(factor))) / factor**2
+
+
+def noise_variance(image: np.ndarray, mask: np.ndarray) -> float:
+    """Variance of a pixel's noise, from differences of four neighbours: whatever is smooth drops out."""
+    four = image[1:, 1:] - image[1:, :-1] - image[:-1, 1:] + image[:-1, :-1]
+    whole = mask[1:, 1:] & mask[1:, :-1] & mask[:-1, 1:] & mask[:-1, :-1]
+    if whole.sum() < 16:
+        return 0.0
+    return float(1.4826 * np.median(np.abs(four[whole]))) ** 2 / 4
 
 
 def correlation(residual: np.ndarray, weights: np.ndarray, sizes: tuple[int, ...] = (_BLOCK,)) -> float:

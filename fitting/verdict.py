@@ -5,7 +5,7 @@ import numpy as np
 from fitting.illumination import FEW, Fitted, fringes_seen, numbers_of
 from fitting.photo import Photograph
 from fitting.quantity import Quantities, lensless
-from fitting.smoothing import correlation, pixels_of
+from fitting.smoothing import correlation, noise_variance, pixels_of
 from fitting.start import Rings, plane_wave
 
 # Fringes that explain less than this are looked at twice; less than that are none.
@@ -31,7 +31,7 @@ def why_refused(found: Fitted, photograph: Photograph, rings: Rings) -> str:
     explained = found.explained
     if not (np.isfinite(explained) and np.isfinite(scale)):
         return "the fit has no finite optimum: no rings were recognized"
-    straight = plane_wave(photograph.image, photograph.lit) if explained < _POOR else 0.0
+    straight = plane_wave(photograph) if explained < _POOR else 0.0
     if straight > 0.3:
         return f"the fringes are straight (they explain {straight:.0%} of the power); a radius needs rings or arcs"
     if explained < _NONE:
@@ -68,15 +68,6 @@ def _locked_badly(found: Fitted, photograph: Photograph, explained: float, order
         f"{orders:.1f} fringes leave {max(share, 0):.1%} of the variance over as structure: with so few of them that "
         "may be curvature, or no rings at all; take more rings into the picture"
     )
-
-
-def noise_variance(image: np.ndarray, mask: np.ndarray) -> float:
-    """Variance of a pixel's noise, from differences of four neighbours: whatever is smooth drops out."""
-    four = image[1:, 1:] - image[1:, :-1] - image[:-1, 1:] + image[:-1, :-1]
-    whole = mask[1:, 1:] & mask[1:, :-1] & mask[:-1, 1:] & mask[:-1, :-1]
-    if whole.sum() < 16:
-        return 0.0
-    return float(1.4826 * np.median(np.abs(four[whole]))) ** 2 / 4
 
 
 def _squared_distance(mask: np.ndarray, centre: tuple[float, float]) -> np.ndarray:

@@ -7,6 +7,7 @@ from rings_data import WAVELENGTH, bound, rings
 
 import fitting
 import newtonjax as nj
+from fitting.photo import read
 from fitting.start import find_rings
 
 GIVEN = {"wavelength": WAVELENGTH, "pixel_size": 5e-6}
@@ -42,7 +43,7 @@ def test_centres_outside_of_the_frame_are_found(centre):
 
 def test_search_finds_scale_and_centre_without_a_start():
     image = rings(0.3, noise=0.1)
-    found = find_rings(image, np.ones(image.shape, bool))
+    found = find_rings(read(image))
     assert found.scale == pytest.approx(25e-12 / (0.3 * WAVELENGTH), rel=0.02)
     assert np.hypot(found.centre[0] - 130, found.centre[1] - 120) < 3
 
