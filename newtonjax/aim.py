@@ -24,12 +24,14 @@ class Arrival(NamedTuple):
     - `field`: complex field vectors; the sum of their squares is the irradiance over the incident one.
     - `quarter_turns`: caustics crossed; each takes a quarter turn off the phase.
     - `arrives`: False where no ray of the beam lands (it misses a surface, is totally reflected, or no aim was found).
+    - `lost`: as in `Aimed`.
     """
 
     path: Float[Array, ""]
-    field: Complex[Array, "3 polarizations"]
+    field: Complex[Array, "3 2"]
     quarter_turns: Float[Array, ""]
     arrives: Bool[Array, ""]
+    lost: Bool[Array, ""] | np.ndarray
 
 
 def _differential(function, start: Float[Array, "2"]):
@@ -102,7 +104,7 @@ def _aim_jvp(primals, tangents) -> tuple[Aimed, Aimed]:
 
 def arrive(route: Route, setting: Setting, target: Float[Array, "2"]) -> Arrival:
     """One beam at one point of the screen (the target, in metres)."""
-    start, found, _ = aim(route, setting, target)
+    start, found, lost = aim(route, setting, target)
     (landing, legs), (d_landing, d_legs) = _differential(lambda s: trace(route, setting, s), start)
     spread = d_landing.point[0, 0] * d_landing.point[1, 1] - d_landing.point[0, 1] * d_landing.point[1, 0]
     miss = target - landing.point
@@ -117,7 +119,14 @@ def arrive(route: Route, setting: Setting, target: Float[Array, "2"]) -> Arrival
         jnp.where(arrives, field, 0.0),
         _caustics(landing, legs, d_landing, d_legs),
         arrives,
+        lost,
     )
+
+
+def arrive_all(routes: Route, setting: Setting, points: Float[Array, "n 2"]) -> Arrival:
+    """Every beam at every point of the screen [m]; the arrival's numbers are [beams, n]."""
+    at_points = jax.vmap(arrive, in_axes=(None, None, 0))
+    return jax.vmap(at_points, in_axes=(0, None, None))(routes, setting, points)
 
 
 def _caustics(landing: Landing, legs: Leg, d_landing: Landing, d_legs: Leg) -> Float[Array, ""]:

@@ -147,10 +147,10 @@ def enumerate_beams(media, view: str, reflections: int = 3) -> tuple[Beam, ...]:
     return tuple(sorted(made, key=lambda beam: -beam.energy))
 
 
-def tables(beams: tuple[str, ...], surfaces: int) -> dict[str, np.ndarray]:
-    """Integer tables [beam, interaction] for a scan, padded to one length with rests."""
+def tables(beams: tuple[str, ...], surfaces: int, interactions: int | None = None) -> dict[str, np.ndarray]:
+    """Integer tables [beam, interaction] for a scan, padded with rests to one length; None is that of the longest."""
     paths = [itinerary(word, surfaces) for word in beams]
-    length = max(len(path.surface) for path in paths)
+    length = max(len(path.surface) for path in paths) if interactions is None else interactions
 
     def pad(values, filler):
         return tuple(values) + (filler,) * (length - len(values))

@@ -8,10 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Complex, Float
 
-from newtonjax.aim import Arrival, arrive
+from newtonjax.aim import Arrival, arrive_all
 from newtonjax.beams import itinerary
-from newtonjax.light import irradiance, mutual
-from newtonjax.quantities import as_complex
+from newtonjax.light import irradiance, mutual, shares
+from newtonjax.quantities import Scalar, as_complex, namespace
 from newtonjax.scene import Scene
 from newtonjax.trace import gather
 from newtonjax.turns import cos_turns, sin_turns
@@ -39,25 +39,32 @@ def pairs(scene: Scene) -> tuple[tuple[int, int], ...]:
     return tuple((j, k) if lengths[j] <= lengths[k] else (k, j) for j, k in both)
 
 
-def arrivals(scene: Scene, points: Float[Array, "n 2"]) -> Arrival:
-    """Every beam at every point of the screen [beams, n]; points in metres."""
-    routes, setting = gather(scene)
-    at_points = jax.vmap(arrive, in_axes=(None, None, 0))
-    return jax.vmap(at_points, in_axes=(0, None, None))(routes, setting, jnp.asarray(points))
+def arrivals(scene: Scene, points: Float[Array | np.ndarray, "n 2"]) -> Arrival:
+    """Every beam at every point of the screen [beams, n]; points in metres. Compiled anew for each kind of scene."""
+    return arrive_all(*gather(scene), jnp.asarray(points))
 
 
-def fields_at(scene: Scene, points: Float[Array, "n 2"]) -> Fields:
+def fields_at(scene: Scene, points: Float[Array | np.ndarray, "n 2"]) -> Fields:
     """The fields of a scene at points of its screen [m], every ray traced."""
-    beams = arrivals(scene, points)
     both = np.array(pairs(scene), dtype=int).reshape(-1, 2)
-    first, second = both[:, 0], both[:, 1]
-    path = (beams.path[second] - beams.path[first]) / scene.wavelength
-    longest = jnp.abs(beams.path).max(axis=0) / scene.wavelength
+    return combine(arrivals(scene, points), both, scene.wavelength, shares(scene.light))
+
+
+def combine(beams: Arrival, pairs: np.ndarray, wavelength: Scalar, weights: Float[Array | np.ndarray, "2"]) -> Fields:
+    """The fields of beams at points [beams, n]; NumPy makes NumPy.
+
+    `pairs` [pairs, 2]: which interfere, see `pairs`; `weights`: the shares of the polarization components.
+    """
+    xp = namespace(beams, wavelength, weights)
+    first, second = pairs[:, 0], pairs[:, 1]
+    path = (beams.path[second] - beams.path[first]) / wavelength
+    longest = xp.abs(beams.path).max(axis=0) / wavelength
+    rounding = 8 * xp.finfo(longest.dtype).eps * longest
     return Fields(
-        background=irradiance(scene.light, beams.field).sum(axis=0),
-        envelope=mutual(scene.light, beams.field[first], beams.field[second]),
+        background=irradiance(weights, beams.field).sum(axis=0),
+        envelope=mutual(weights, beams.field[first], beams.field[second]),
         phase=path - (beams.quarter_turns[second] - beams.quarter_turns[first]) / 4,
-        rounding=jax.lax.stop_gradient(8 * jnp.finfo(longest.dtype).eps * longest),
+        rounding=rounding if xp is np else jax.lax.stop_gradient(rounding),
         arrives=beams.arrives.all(axis=0),
     )
 

@@ -1,11 +1,22 @@
 """The source: collimated, monochromatic light of any state of polarization."""
 
-import equinox as eqx
-import jax.numpy as jnp
-import numpy as np
-from jaxtyping import Array, Complex, Float
+from typing import Any
 
-from newtonjax.quantities import Scalar, Vector2, as_complex, as_scalar, as_vector, finite, positive, require
+import equinox as eqx
+import numpy as np
+from jaxtyping import Complex, Float
+
+from newtonjax.quantities import (
+    Scalar,
+    Vector2,
+    as_complex,
+    as_scalar,
+    as_vector,
+    finite,
+    namespace,
+    positive,
+    require,
+)
 from newtonjax.surfaces import Direction, frame
 
 
@@ -61,41 +72,50 @@ def launch_frame(light: Light) -> tuple[Direction, Direction, Direction]:
     return across_x, across_y, -up
 
 
-def field_at_launch(light: Light) -> Complex[Array, "3 components"]:
-    """Unit field vectors of the components, which do not interfere with each other."""
+def field_at_launch(light: Light) -> Complex[Any, "3 2"]:
+    """Unit field vectors of two components, which do not interfere with each other; `shares` says how strong they are.
+
+    NumPy for known numbers. Fully polarized light has a second component too, of share 0.
+    """
     across_x, across_y, _ = launch_frame(light)
+    xp = namespace(light)
     if light.polarization is None:
-        return as_complex(jnp.stack([across_x, across_y], axis=1))
+        return as_complex(xp.stack([across_x, across_y], axis=1))
     angle = light.polarization
-    along = as_complex(jnp.cos(angle) * across_x + jnp.sin(angle) * across_y)
-    aside = as_complex(jnp.cos(angle) * across_y - jnp.sin(angle) * across_x)
+    along = as_complex(xp.cos(angle) * across_x + xp.sin(angle) * across_y)
+    aside = as_complex(xp.cos(angle) * across_y - xp.sin(angle) * across_x)
     if light.ellipticity is not None:
-        long, short = as_complex(jnp.cos(light.ellipticity)), 1j * as_complex(jnp.sin(light.ellipticity))
+        long, short = as_complex(xp.cos(light.ellipticity)), 1j * as_complex(xp.sin(light.ellipticity))
         along, aside = long * along + short * aside, long * aside + short * along
-    return along[:, None] if light.degree is None else jnp.stack([along, aside], axis=1)
+    return xp.stack([along, aside], axis=1)
+
+
+def shares(light: Light) -> Float[Any, "2"]:
+    """Of the two components in the irradiance. NumPy for known numbers.
+
+    Apart from the fields: their square roots have no derivative at full polarization.
+    """
+    if light.polarization is None:
+        return np.array([0.5, 0.5])
+    if light.degree is None:
+        return np.array([1.0, 0.0])
+    return namespace(light).stack([1 + light.degree, 1 - light.degree]) / 2
 
 
 def mutual(
-    light: Light, one: Complex[Array, "... 3 components"], two: Complex[Array, "... 3 components"]
-) -> Complex[Array, "..."]:
+    weights: Float[Any, "2"],
+    one: Complex[Any, "... 3 2"],
+    two: Complex[Any, "... 3 2"],
+) -> Complex[Any, "..."]:
     """2 Two·One*, the envelope of the fringes of two fields, summed over components with their shares."""
-    each = jnp.sum(two * jnp.conj(one), axis=-2)
-    return 2 * jnp.sum(each * as_complex(_shares(light)), axis=-1)
+    each = (two * one.conj()).sum(axis=-2)
+    return 2 * (each * as_complex(weights)).sum(axis=-1)
 
 
-def irradiance(light: Light, field: Complex[Array, "... 3 components"]) -> Float[Array, "..."]:
+def irradiance(weights: Float[Any, "2"], field: Complex[Any, "... 3 2"]) -> Float[Any, "..."]:
     """The square of a field, summed over components with their shares.
 
     Not |E|²: JAX's second derivative of that is 0 where a part of the field vanishes.
     """
-    each = jnp.sum(field.real**2 + field.imag**2, axis=-2)
-    return jnp.sum(each * _shares(light), axis=-1)
-
-
-def _shares(light: Light) -> Float[Array, " components"]:
-    """Of the irradiance. Apart from the fields: their square roots have no derivative at full polarization."""
-    if light.polarization is None:
-        return jnp.array([0.5, 0.5])
-    if light.degree is None:
-        return jnp.array([1.0])
-    return jnp.stack([1 + light.degree, 1 - light.degree]) / 2
+    each = (field.real**2 + field.imag**2).sum(axis=-2)
+    return (each * weights).sum(axis=-1)

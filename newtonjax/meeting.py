@@ -10,7 +10,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from newtonjax.camera import Camera, middle
 from newtonjax.fields import pairs
-from newtonjax.light import irradiance, mutual
+from newtonjax.light import irradiance, mutual, shares
 from newtonjax.scene import Scene
 from newtonjax.trace import Landing, Setting, carry_field, gather, trace
 from newtonjax.turns import cos_turns, sin_turns
@@ -101,8 +101,9 @@ def _meet(scene, camera, rule, setting, landings, fields, j: int, k: int):
     one, two = (jax.tree.map(lambda leaf, b=b: leaf[b], landings) for b in (j, k))
     opd, meeting, apart = rule.opd(setting, one, two)
     turns = opd / scene.wavelength
-    envelope = mutual(scene.light, fields[j], fields[k])
-    both = irradiance(scene.light, fields[j]) + irradiance(scene.light, fields[k])
+    weights = shares(scene.light)
+    envelope = mutual(weights, fields[j], fields[k])
+    both = irradiance(weights, fields[j]) + irradiance(weights, fields[k])
     value = both + envelope.real * cos_turns(turns) - envelope.imag * sin_turns(turns)
     alive = one.alive & two.alive
     cell, inside = _cell(camera, jnp.where(alive, meeting, 0.0))

@@ -15,7 +15,7 @@ from newtonjax.checks import require_bench, require_tolerance
 from newtonjax.cost import passes
 from newtonjax.fields import Fields, arrivals, polar
 from newtonjax.gap import closed_fields, why_not_closed
-from newtonjax.light import irradiance
+from newtonjax.light import irradiance, shares
 from newtonjax.methods import AbstractMethod, Chebyshev, ClosedForm, ErrorEstimate, Traced, error_from_nodes
 from newtonjax.precision import afresh, require_concrete, x64
 from newtonjax.scene import Scene
@@ -56,7 +56,7 @@ def _probe(scene: Scene, camera: Camera, count: int = _COARSE) -> Fields:
 @jax.jit
 def _amplitudes(scene: Scene, camera: Camera) -> Float[Array, " beams"]:
     beams = arrivals(scene, chebyshev.node_points(camera, _COARSE))
-    return jnp.sqrt(irradiance(scene.light, beams.field).max(axis=1))
+    return jnp.sqrt(irradiance(shares(scene.light), beams.field).max(axis=1))
 
 
 _error = jax.jit(error_from_nodes, static_argnums=1)

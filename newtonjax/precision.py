@@ -4,6 +4,7 @@ from contextlib import contextmanager
 
 import jax
 import numpy as np
+from jax.core import eval_context
 
 from newtonjax.quantities import is_concrete
 
@@ -14,7 +15,9 @@ def x64():
 
     The user's configuration is left alone. Within a transformation of the user's the result is a constant.
     """
-    with jax.enable_x64(True), jax.ensure_compile_time_eval():
+    # Not `ensure_compile_time_eval`: that also evaluates the constants of a program that is being traced, by a small
+    # program each.
+    with jax.enable_x64(True), eval_context():
         yield
 
 

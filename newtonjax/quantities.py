@@ -1,5 +1,7 @@
 """What a number may be: a Python float, a NumPy or JAX array, or a traced value."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -16,7 +18,7 @@ def is_concrete(*trees) -> bool:
     return not any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(trees))
 
 
-def namespace(*trees):
+def namespace(*trees) -> Any:
     """NumPy for concrete values, which keeps float64 whatever JAX's setting; jax.numpy for traced ones."""
     return np if is_concrete(*trees) else jnp
 
@@ -51,8 +53,10 @@ def _numeric(values) -> bool:
     return True
 
 
-def as_complex(value: Float[Array, "..."]) -> Complex[Array, "..."]:
-    """The value with an imaginary part of 0, in the precision it has."""
+def as_complex(value: Float[Any, "..."]) -> Complex[Any, "..."]:
+    """The value with an imaginary part of 0, in the precision it has; NumPy stays NumPy."""
+    if isinstance(value, np.ndarray | np.floating):
+        return np.asarray(value + 0j)
     return jax.lax.complex(value, jnp.zeros_like(value))
 
 

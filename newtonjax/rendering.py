@@ -15,7 +15,6 @@ from newtonjax.precision import afresh, require_x64, x64
 from newtonjax.quantities import is_concrete
 from newtonjax.scene import Scene
 from newtonjax.splatting import Splat
-from newtonjax.symmetry import spare_component
 
 
 def render(
@@ -59,7 +58,6 @@ def _run(kernel, scene, camera, method, tolerance):
             # As it stands: compiled apart, it would be given its numbers in float32, the concrete ones too.
             kernel = kernel.__wrapped__
         return kernel(scene, camera, method)[0]
-    scene = spare_component(scene)
     if method is None:
         chosen = plan(scene, camera, tolerance)
         scene, method = chosen.scene, chosen.method

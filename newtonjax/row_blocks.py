@@ -18,7 +18,6 @@ from newtonjax.rendering import pixels_as_set, render
 from newtonjax.scene import Scene
 from newtonjax.splatting import Splat
 from newtonjax.strips import strips, synthesize_strips
-from newtonjax.symmetry import spare_component
 from newtonjax.synthesis import synthesize_on
 
 # Pixels of a block where no number of rows is asked for: 32 MiB in float64.
@@ -91,7 +90,7 @@ def blocks(
     require_whole("rows", rows)
     if isinstance(method, Splat):
         raise ValueError("Splat pairs rays over the whole image; give blocks another method")
-    scene, camera = afresh(spare_component(scene), camera)
+    scene, camera = afresh(scene, camera)
     if method is None:
         chosen = plan(scene, camera, tolerance)
         scene, method = chosen.scene, chosen.method

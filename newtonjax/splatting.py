@@ -18,7 +18,6 @@ from newtonjax.meeting import Rule, Source, add_block, no_sums
 from newtonjax.methods import AbstractMethod, at_every_pixel
 from newtonjax.precision import require_concrete, require_x64, x64
 from newtonjax.scene import Scene
-from newtonjax.symmetry import spare_component
 from newtonjax.trace import gather, trace
 
 # Points to a side at which the frame is aimed at, to find where on the source its light comes from; and where a rim
@@ -137,7 +136,6 @@ def splat(scene: Scene, camera: Camera, method: Splat | None = None) -> Splatted
         raise ValueError(f"method is {method!r}; allowed: Splat(...)")
     require_concrete("Splat", scene, camera)
     method.check(scene)
-    scene = spare_component(scene)
     bare = replace(scene, shield=None)  # where light would come from and meet, whatever a hole lets through
     with x64():
         points = _over_frame(camera, _FRAME)

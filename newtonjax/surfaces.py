@@ -1,5 +1,7 @@
 """Spherical and plane surfaces: one type, curvature 0 is the plane."""
 
+from typing import Any
+
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
@@ -44,7 +46,7 @@ def frame(tilt) -> tuple[Direction, Direction, Direction]:
     )
 
 
-def dot(a: Num[Array, "3"], b: Num[Array, "3 ..."]) -> Num[Array, "..."]:
+def dot(a: Num[Any, "3"], b: Num[Any, "3 ..."]) -> Num[Any, "..."]:
     """A · b, written out so that it fuses with its neighbours."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 

@@ -4,14 +4,19 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Complex, Float, Int
 
 from newtonjax.beams import REFLECT, REST, exit_medium, itinerary, tables
 from newtonjax.fresnel import complex_cosine, reflect_field, refract, transmit_field
 from newtonjax.imaging import imaged_plane
 from newtonjax.light import field_at_launch, launch_frame
+from newtonjax.quantities import namespace
 from newtonjax.scene import Scene
 from newtonjax.surfaces import Direction, dot, frame, intersect
+
+# An origin, and the directions x, y, z.
+Frame = tuple[Array, Array, Array, Array]
 
 
 class Route(NamedTuple):
@@ -33,15 +38,16 @@ class Setting(NamedTuple):
     """What all beams share.
 
     Launch frame, and frame of the plane that is imaged on the screen (origin, x, y, z); the magnification (1 without a
-    collecting lens); the launched field; the index at the screen; centre, axis and radius of a shield's hole, or None.
+    collecting lens); the launched field; the index at the screen; centre, axis and radius of a shield's hole, which is
+    infinite and in the screen where there is no shield.
     """
 
-    launch: tuple[Array, Array, Array, Array]
-    screen: tuple[Array, Array, Array, Array]
+    launch: Frame
+    screen: Frame
     magnification: Float[Array, ""]
-    field: Complex[Array, "3 polarizations"]
+    field: Complex[Array, "3 2"]
     exit_index: Float[Array, ""]
-    hole: tuple[Array, Array, Array] | None
+    hole: tuple[Array, Array, Array]
 
     def across(self) -> Float[Array, "2 3"]:
         """By how much the point moves in space that is seen one metre further along the screen's x and y."""
@@ -81,57 +87,59 @@ class Landing(NamedTuple):
     length: Float[Array, ""]
 
 
-def gather(scene: Scene) -> tuple[Route, Setting]:
+def gather(scene: Scene, interactions: int | None = None) -> tuple[Route, Setting]:
     """A scene's numbers for the tracer: routes stacked over beams, and what the beams share.
 
-    Rays start on the plane across the light through the first vertex.
+    Rays start on the plane across the light through the first vertex. Every route has as many `interactions`, padded
+    with rests; None is the longest word's number. NumPy where all numbers are known, so that nothing is compiled.
     """
-    table = tables(scene.beams, len(scene.surfaces))
-    curvature = jnp.stack([jnp.asarray(s.curvature, dtype=float) for s in scene.surfaces])
-    vertex = jnp.stack([jnp.asarray(s.vertex) for s in scene.surfaces])
-    axis = jnp.stack([frame(s.tilt)[2] for s in scene.surfaces])
-    media = jnp.asarray(scene.media)
+    xp, count = namespace(scene), len(scene.surfaces)
+    table = tables(scene.beams, count, interactions)
+    curvature = xp.stack([xp.asarray(s.curvature, dtype=float) for s in scene.surfaces])
+    vertex = xp.stack([xp.asarray(s.vertex) for s in scene.surfaces])
+    axis = xp.stack([frame(s.tilt)[2] for s in scene.surfaces])
+    media = xp.asarray(scene.media)
     routes = Route(
         curvature[table["surface"]],
         vertex[table["surface"]],
         axis[table["surface"]],
         media[table["before"]],
         media[table["beyond"]],
-        jnp.asarray(table["action"]),
-        jnp.asarray(table["beyond"] > table["before"]),
+        xp.asarray(table["action"], dtype=np.int32),
+        xp.asarray(table["beyond"] > table["before"]),
     )
     origin, magnification = imaged_plane(scene)
+    screen = _frame_at(xp, origin, frame(scene.screen.tilt))
     setting = Setting(
-        _frame_at(vertex[0], launch_frame(scene.light)),
-        _frame_at(origin, frame(scene.screen.tilt)),
-        jnp.asarray(magnification, dtype=float),
-        field_at_launch(scene.light),
-        media[exit_medium(itinerary(scene.beams[0], len(scene.surfaces)), len(scene.surfaces))],
-        _hole(scene),
+        _frame_at(xp, vertex[0], launch_frame(scene.light)),
+        screen,
+        xp.asarray(magnification, dtype=float),
+        xp.asarray(field_at_launch(scene.light)),
+        xp.asarray(media[exit_medium(itinerary(scene.beams[0], count), count)]),
+        _hole(xp, scene, screen),
     )
     return routes, setting
 
 
-def _hole(scene: Scene):
+def _hole(xp, scene: Scene, screen):
+    """Of the shield. Without one an infinite hole in the screen: whether there is a shield changes no program."""
     shield = scene.shield
     if shield is None:
-        return None
-    return jnp.asarray(shield.vertex), jnp.asarray(frame(shield.tilt)[2]), jnp.asarray(shield.radius, dtype=float)
+        return screen[0], screen[3], xp.asarray(np.inf)
+    return xp.asarray(shield.vertex), xp.asarray(frame(shield.tilt)[2]), xp.asarray(shield.radius, dtype=float)
 
 
 def _passes(setting: Setting, ray: Ray) -> Bool[Array, ""]:
-    """Whether the straight line on which a ray leaves goes through the hole of the shield, if there is one."""
-    if setting.hole is None:
-        return ray.alive
+    """Whether the straight line on which a ray leaves goes through the hole of the shield."""
     centre, axis, radius = setting.hole
     offset = ray.position - centre
     point = offset - dot(axis, offset) / dot(axis, ray.direction) * ray.direction
     return ray.alive & (dot(point, point) <= radius * radius)
 
 
-def _frame_at(origin, directions: tuple[Direction, Direction, Direction]) -> tuple[Array, Array, Array, Array]:
+def _frame_at(xp, origin, directions: tuple[Direction, Direction, Direction]):
     x, y, z = directions
-    return jnp.asarray(origin), jnp.asarray(x), jnp.asarray(y), jnp.asarray(z)
+    return xp.asarray(origin), xp.asarray(x), xp.asarray(y), xp.asarray(z)
 
 
 def _interact(ray: Ray, stop: Route) -> tuple[Ray, Leg]:
@@ -176,7 +184,7 @@ def trace(route: Route, setting: Setting, start: Float[Array, "2"]) -> tuple[Lan
     return landing, legs
 
 
-def carry_field(route: Route, setting: Setting, legs: Leg) -> Complex[Array, "3 polarizations"]:
+def carry_field(route: Route, setting: Setting, legs: Leg) -> Complex[Array, "3 2"]:
     """The field vectors at the end of the legs, in units in which their square is the tube's flux."""
 
     def step(field, stop_and_leg):

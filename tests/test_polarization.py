@@ -1,4 +1,4 @@
-"""The state of polarization: Brewster's angle, sums of components, Stokes parameters, and what symmetry spares."""
+"""The state of polarization: Brewster's angle, sums of components, and Stokes parameters."""
 
 import dataclasses
 
@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 import newtonjax as nj
-from newtonjax.light import field_at_launch, irradiance
-from newtonjax.symmetry import spare_component
-from newtonjax.trace import gather
+from newtonjax.light import field_at_launch, irradiance, shares
 
 CAMERA = nj.Camera((20, 24), 10e-6)
 SPLAT = nj.Splat(step=4e-6, epsilon=1e-2)
@@ -57,8 +55,7 @@ def test_the_degree_of_polarization_interpolates_between_the_unpolarized_and_the
 def stokes(light):
     """S0 to S3 of the launched light, from the coherency matrix (Born and Wolf 10.9.3, eq. 64)."""
     field = np.asarray(field_at_launch(light))
-    shares = [1.0] if field.shape[1] == 1 else [(1 + light.degree) / 2, (1 - light.degree) / 2]
-    matrix = sum(w * np.outer(column[:2], column[:2].conj()) for w, column in zip(shares, field.T, strict=True))
+    matrix = sum(w * np.outer(column[:2], column[:2].conj()) for w, column in zip(shares(light), field.T, strict=True))
     (xx, xy), (yx, yy) = matrix
     return np.real([xx + yy, xx - yy, xy + yx, 1j * (yx - xy)])
 
@@ -75,49 +72,6 @@ def test_the_launched_field_has_the_stokes_parameters_of_its_ellipse(ellipticity
     np.testing.assert_allclose(found[:3], ideal[:3], atol=1e-15)
 
 
-SYMMETRIC = {
-    "rings": nj.newton_rings(0.05, 500e-9, 1e-6, "reflected", screen=3e-3),
-    "wedge, oblique in its plane": nj.air_wedge(1e-3, 500e-9, 5e-6, light_tilt=(0.0, 0.9)),
-    "planes, oblique": nj.newton_rings(np.inf, 500e-9, 2e-6, "reflected", light_tilt=(0.0, 0.9), beams=["R0", "R1"]),
-}
-
-
-@pytest.mark.parametrize("name", SYMMETRIC)
-def test_where_s_and_p_keep_apart_one_component_gives_the_unpolarized_image(name):
-    scene = SYMMETRIC[name]
-    spared = spare_component(scene)
-    assert len(gather(spared)[1].field.T) == 1
-    both, one = (nj.Traced().image(s, nj.Camera((21, 21), 200e-6)) for s in (scene, spared))
-    assert np.abs(np.asarray(both - one)).max() < 1e-12
-    assert both.min() > 1e-3
-
-
-def test_where_they_mix_both_components_stay():
-    for scene in (
-        skew(),
-        nj.newton_rings(1.0, lens_tilt=(1e-3, 0.0)),
-        nj.newton_rings(1.0, light_tilt=(0.0, 1e-3)),
-        nj.air_wedge(1e-3, light_tilt=(0.1, 0.1)),
-        nj.newton_rings(1.0, polarization=0.1),
-    ):
-        assert spare_component(scene) is scene
-    jax.jit(lambda tilt: spare_component(nj.newton_rings(1.0, lens_tilt=tilt)))  # traced tilts: no choice is made
-
-
-def operations(scene, method):
-    """Floating-point operations of the compiled image, counted by the compiler."""
-    compiled = jax.jit(lambda s: method.image(s, CAMERA)).lower(spare_component(scene)).compile()
-    return compiled.cost_analysis()["flops"]
-
-
-def test_polarization_costs_nothing_where_it_changes_nothing():
-    method = nj.Chebyshev(9)
-    linear, unpolarized = nj.newton_rings(1.0, polarization=0.0), nj.newton_rings(1.0)
-    # One component each; the circular one takes a handful of operations at launch.
-    assert operations(unpolarized, method) <= operations(linear, method) * 1.001 + 100
-    assert operations(nj.newton_rings(1.0, lens_tilt=(1e-3, 0.0)), method) > operations(unpolarized, method) * 1.01
-
-
 def test_images_are_differentiable_in_the_state_at_its_ends_too():
     def bright(state):
         light = nj.Light(500e-9, SKEW["light_tilt"], polarization=state[0], ellipticity=state[1], degree=state[2])
@@ -132,7 +86,7 @@ def test_images_are_differentiable_in_the_state_at_its_ends_too():
 
 def test_the_launched_irradiance_is_one():
     for light in (nj.Light(1e-6), nj.Light(1e-6, polarization=0.3, degree=0.2), nj.Light(1e-6, polarization=1.0)):
-        assert float(irradiance(light, field_at_launch(light))) == pytest.approx(1.0, abs=1e-15)
+        assert float(irradiance(shares(light), field_at_launch(light))) == pytest.approx(1.0, abs=1e-15)
 
 
 @pytest.mark.parametrize(

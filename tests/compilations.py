@@ -1,0 +1,37 @@
+"""How many programs a piece of a test compiles, and for how long."""
+
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import jax
+
+# Recorded once a program, whether the compiler makes it or a persistent cache has it.
+_EVENT = "/jax/core/compile/backend_compile_duration"
+
+
+@dataclass
+class Compilations:
+    """Seconds that each program took, in order."""
+
+    seconds: list[float] = field(default_factory=list)
+
+    @property
+    def count(self) -> int:
+        """Programs compiled."""
+        return len(self.seconds)
+
+
+@contextmanager
+def compilations():
+    """Counts the programs that are compiled inside, into `count` and `seconds` of what it gives."""
+    compiled = Compilations()
+
+    def listen(event: str, duration: float, **_) -> None:
+        if event == _EVENT:
+            compiled.seconds.append(duration)
+
+    jax.monitoring.register_event_duration_secs_listener(listen)
+    try:
+        yield compiled
+    finally:
+        jax.monitoring.unregister_event_duration_listener(listen)
