@@ -6,15 +6,17 @@ from pathlib import Path
 
 import pytest
 
-# Before JAX is imported, and inherited by worker processes and by programs under test: compiled code is shared within
-# one run of the suite and never between two.
-if "JAX_COMPILATION_CACHE_DIR" not in os.environ:
+# Before JAX is imported, and inherited by worker processes and by programs under test. Compiled code is shared within
+# one run of the suite, and with the runs before where a folder is named, as `make test` does. Small programs too: where
+# a worker has dropped its compiled code, it loads it again.
+if not os.environ.get("JAX_COMPILATION_CACHE_DIR"):
     _CACHE = tempfile.TemporaryDirectory(prefix="newtonjax-tests-")
     os.environ["JAX_COMPILATION_CACHE_DIR"] = _CACHE.name
-    os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0.1"
+os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")
 
 import costs
 import jax
+import memory
 from hypothesis import settings
 from jaxtyping import install_import_hook
 
@@ -59,10 +61,17 @@ def pytest_terminal_summary(terminalreporter):
     terminalreporter.write_line(f"shared material: {ran} tests ran")
 
 
+# A worker stays below 2.5 GiB: one compilation, and what the largest test makes, come on top of these.
+AFTER_A_MODULE, AFTER_A_TEST = 1.2, 1.7  # GiB
+
+
 @pytest.fixture(autouse=True, scope="module")
-def _room_for_compiled_code():
-    """Drop compiled functions before a process has as many memory maps as Linux allows (65530): it would be aborted."""
+def _room_after_a_module():
     yield
-    maps = Path("/proc/self/maps")
-    if maps.exists() and len(maps.read_text().splitlines()) > 25_000:
-        jax.clear_caches()
+    memory.release(AFTER_A_MODULE)
+
+
+@pytest.fixture(autouse=True)
+def _room_after_a_test():
+    yield
+    memory.release(AFTER_A_TEST)
