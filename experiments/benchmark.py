@@ -179,6 +179,7 @@ CHILDREN = {"main": child_main, "size": child_size, "memory": child_memory}
 
 # The C library gives an array over 32 MB back after use, so that the next one pays for fresh pages: this keeps them.
 KEEP_PAGES = {"MALLOC_MMAP_MAX_": "0", "MALLOC_TRIM_THRESHOLD_": str(1 << 40), "MALLOC_ARENA_MAX": "1"}
+PAGES = {"fresh": {}, "kept": KEEP_PAGES}
 
 
 def spawn(kind: str, size: int, rounds: int, **more: str) -> dict:
@@ -188,6 +189,14 @@ def spawn(kind: str, size: int, rounds: int, **more: str) -> dict:
     if done.returncode:
         raise RuntimeError(f"{' '.join(command)} failed:\n{done.stderr}")
     return json.loads(done.stdout.splitlines()[-1])
+
+
+def in_this_process(kind: str, size: int, rounds: int) -> dict:
+    """As `spawn`, without a process of its own: for the quick form, whose times claim nothing."""
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    return CHILDREN[kind](size, rounds)
 
 
 def compare(runs: list[dict]) -> list[dict]:
@@ -212,13 +221,13 @@ def compare(runs: list[dict]) -> list[dict]:
     return rows
 
 
-def by_size(sizes, processes: int) -> list[dict]:
+def by_size(sizes, processes: int, ask, kinds_of_pages: dict) -> list[dict]:
     """Seconds per pixel of image and copy, with fresh pages (the default) and with pages that the process keeps."""
     rows = []
     for size in sizes:
-        for pages, environment in (("fresh", {}), ("kept", KEEP_PAGES)):
+        for pages, environment in kinds_of_pages.items():
             rounds = max(5, 40 * 1024**2 // size**2)
-            found = [spawn("size", size, rounds, **environment) for _ in range(processes)]
+            found = [ask("size", size, rounds, **environment) for _ in range(processes)]
             runs = [run["seconds"] for run in found]
             ratio = median(run["image"] / run["copy"] for run in runs)
             per_pixel = {f"{name}_ns_per_pixel": 1e9 * median(r[name] for r in runs) / size**2 for name in runs[0]}
@@ -256,13 +265,14 @@ def draw(rows: list[dict], sizes: list[dict], file: Path) -> None:
 
 def main(quick: bool, processes: int, size: int) -> None:
     begin = perf_counter()
-    runs = [spawn("main", size, 20 if quick else 80) for _ in range(processes)]
+    ask = in_this_process if quick else spawn
+    runs = [ask("main", size, 20 if quick else 80) for _ in range(processes)]
     rows = compare(runs)
     for row in rows:
         held = "" if quick else {None: "", True: "held", False: "MISSED"}[row["held"]]
         limit = "" if row["limit"] is None else f"at most {row['limit']:.4g}"
         print(f"{row['claim']:48s} {row['ratio']:9.4f}  ({row['least']:.4f} to {row['most']:.4f})  {limit:14s} {held}")
-    sizes = by_size((512,) if quick else SIZES, 1 if quick else 3)
+    sizes = by_size((512,), 1, ask, {"fresh": {}}) if quick else by_size(SIZES, 3, ask, PAGES)
     for row in sizes:
         print("  ".join(f"{key} {value:.3g}" if isinstance(value, float) else f"{value}" for key, value in row.items()))
     memory = spawn("memory", 512 if quick else 8192, 1)

@@ -12,8 +12,6 @@ noise row.
 import argparse
 import csv
 import json
-import multiprocessing
-import os
 import sys
 import time
 from pathlib import Path
@@ -123,10 +121,6 @@ def summary(defect: str, rows: list[dict]) -> dict:
     return line
 
 
-def _pin(queue):
-    os.sched_setaffinity(0, {queue.get()})
-
-
 def main() -> None:
     """Run every defect and write the table and all rows."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -145,18 +139,13 @@ def main() -> None:
         for d in names
         for s in range(1 if options.quick else options.on_model if d == "none" else options.seeds)
     ]
-    context = multiprocessing.get_context("spawn")
-    queue = context.Queue()
-    for core in range(processes):
-        queue.put(core % os.cpu_count())
     rows = []
-    with context.Pool(processes, initializer=_pin, initargs=(queue,)) as pool:
-        for row in pool.imap_unordered(run, jobs, chunksize=1):
-            rows.append(row)
-            if len(rows) % 200 == 0 and not options.quick:
-                save(names, rows)
-            if len(rows) % 50 == 0:
-                print(f"{len(rows)} of {len(jobs)} photographs", file=sys.stderr, flush=True)
+    for row in records.each(run, jobs, processes):
+        rows.append(row)
+        if len(rows) % 200 == 0 and not options.quick:
+            save(names, rows)
+        if len(rows) % 50 == 0:
+            print(f"{len(rows)} of {len(jobs)} photographs", file=sys.stderr, flush=True)
     for name in names:
         print(json.dumps(summary(name, rows)))
     if not options.quick:

@@ -2,6 +2,9 @@
 
 import argparse
 import json
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from statistics import median
 from time import perf_counter
@@ -35,6 +38,23 @@ def medians(functions: dict, rounds: int) -> dict:
         for name, function in functions.items():
             times[name].append(clock(function))
     return {name: median(values) for name, values in times.items()}
+
+
+def each(run: Callable, jobs: list, processes: int, chunk: int = 1) -> Iterator:
+    """What `run` makes of each job: in this process if it is one, else in fresh ones, each on a core of its own."""
+    if processes == 1:
+        yield from map(run, jobs)
+        return
+    context = multiprocessing.get_context("spawn")
+    queue = context.Queue()
+    for core in range(processes):
+        queue.put(core % os.cpu_count())
+    with context.Pool(processes, initializer=_pin, initargs=(queue,)) as pool:
+        yield from pool.imap_unordered(run, jobs, chunksize=chunk)
+
+
+def _pin(queue) -> None:
+    os.sched_setaffinity(0, {queue.get()})
 
 
 def save(name: str, table, figure=None, dpi: int = 100) -> None:

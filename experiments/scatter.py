@@ -10,8 +10,6 @@ fitted (six unknowns where the image calls for no more), by central differences 
 
 import argparse
 import json
-import multiprocessing
-import os
 import sys
 
 import numpy as np
@@ -73,10 +71,6 @@ def run(job):
     )
 
 
-def _pin(queue):
-    os.sched_setaffinity(0, {queue.get()})
-
-
 def main() -> None:
     """Run every seed of every case and write table and figure."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -86,16 +80,11 @@ def main() -> None:
     options = parser.parse_args()
     seeds, processes = (2, 1) if options.quick else (options.seeds, options.processes)
     jobs = [(radius, seed) for radius in CASES for seed in range(seeds)]
-    context = multiprocessing.get_context("spawn")
-    queue = context.Queue()
-    for core in range(processes):
-        queue.put(core % os.cpu_count())
-    with context.Pool(processes, initializer=_pin, initargs=(queue,)) as pool:
-        rows = []
-        for row in pool.imap_unordered(run, jobs, chunksize=5):
-            rows.append(row)
-            if len(rows) % 200 == 0:
-                print(f"{len(rows)} of {len(jobs)} fits", file=sys.stderr, flush=True)
+    rows = []
+    for row in records.each(run, jobs, processes, chunk=5):
+        rows.append(row)
+        if len(rows) % 200 == 0:
+            print(f"{len(rows)} of {len(jobs)} fits", file=sys.stderr, flush=True)
     table = [summary(radius, [row for row in rows if row[0] == radius]) for radius in CASES]
     for line in table:
         print(json.dumps(line))
