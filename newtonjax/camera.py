@@ -1,6 +1,7 @@
 """The camera: which points of the screen are pixels, and what a photograph adds to an image."""
 
 import operator
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -8,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Key, UInt8, UInt16
 
-from newtonjax.quantities import Scalar, Vector2, as_scalar, as_vector, finite, positive, require
+from newtonjax.quantities import Scalar, Vector2, as_scalar, as_vector, finite, module_of, namespace, positive, require
 
 
 def _whole(shape) -> tuple[int, int]:
@@ -49,11 +50,12 @@ class Camera(eqx.Module):
         require("full_well", self.full_well, "a positive number of photoelectrons", positive)
         require("read_noise", self.read_noise, "0 or more photoelectrons", lambda v: finite(v) and np.all(v >= 0))
 
-    def axes(self) -> tuple[Float[Array, " columns"], Float[Array, " rows"]]:
-        """Screen coordinates x of the columns and y of the rows [m]."""
+    def axes(self) -> tuple[Float[Any, " columns"], Float[Any, " rows"]]:
+        """Screen coordinates x of the columns and y of the rows [m]; NumPy where the camera's numbers are known."""
+        xp = namespace(self.pixel_size, self.centre_px)
         rows, columns = self.shape
         cx, cy = middle(self.shape) if self.centre_px is None else (self.centre_px[0], self.centre_px[1])
-        x, y = jnp.arange(columns, dtype=float) - cx, jnp.arange(rows, dtype=float) - cy
+        x, y = xp.arange(columns, dtype=float) - cx, xp.arange(rows, dtype=float) - cy
         return x * self.pixel_size, y * self.pixel_size
 
     def expose(
@@ -72,6 +74,12 @@ class Camera(eqx.Module):
         top = 2**self.bits - 1
         code = jnp.clip(jnp.round(electrons / self.full_well * top), 0, top)
         return code.astype(jnp.uint8 if self.bits == 8 else jnp.uint16)
+
+
+def corners(camera: Camera) -> Float[Any, "4 2"]:
+    """Screen points [m] of the centres of the pixels in the frame's corners."""
+    x, y = camera.axes()
+    return module_of(x).stack([x[np.array([0, 0, -1, -1])], y[np.array([0, -1, 0, -1])]], axis=1)
 
 
 def middle(shape: tuple[int, int]) -> tuple[float, float]:

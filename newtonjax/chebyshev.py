@@ -1,11 +1,14 @@
 """Smooth fields on a grid of Chebyshev nodes over an image, and at every pixel."""
 
+from typing import Any
+
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 from numpy.polynomial.chebyshev import chebvander
 
 from newtonjax.camera import Camera
+from newtonjax.quantities import module_of
 
 
 def nodes(count: int) -> np.ndarray:
@@ -35,32 +38,36 @@ def basis(pixels: int, count: int, first: int = 0, rows: int | None = None) -> n
     return chebvander((2 * pixel - (pixels - 1)) / max(pixels - 1, 1), count - 1).T.copy()
 
 
-def node_points(camera: Camera, count: int) -> Float[Array, "n 2"]:
-    """Screen points [m] of the grid of nodes over the image, row by row."""
+def node_points(camera: Camera, count: int) -> Float[Any, "n 2"]:
+    """Screen points [m] of the grid of nodes over the image, row by row; NumPy where the camera's numbers are known."""
     x, y = camera.axes()
-    at = jnp.asarray(nodes(count))
+    xp, at = module_of(x), nodes(count)
 
     def spread(axis):
         return (axis[-1] + axis[0]) / 2 + at * (axis[-1] - axis[0]) / 2
 
-    grid_y, grid_x = jnp.meshgrid(spread(y), spread(x), indexing="ij")
-    return jnp.stack([grid_x.ravel(), grid_y.ravel()], axis=1)
+    grid_y, grid_x = xp.meshgrid(spread(y), spread(x), indexing="ij")
+    return xp.stack([grid_x.ravel(), grid_y.ravel()], axis=1)
 
 
-def coefficients(values: Float[Array, "... n"]) -> Float[Array, "... count count"]:
-    """Chebyshev coefficients [..., in y, in x] of fields given at the nodes (row by row)."""
+def coefficients(values: Float[Any, "... n"]) -> Float[Any, "... count count"]:
+    """Chebyshev coefficients [..., in y, in x] of fields given at the nodes (row by row); NumPy makes NumPy."""
     count = round(values.shape[-1] ** 0.5)
     grid = values.reshape(*values.shape[:-1], count, count)
+    if isinstance(grid, np.ndarray):
+        matrix = analysis(count)
+        return matrix @ grid @ matrix.T
     matrix = jnp.asarray(analysis(count), dtype=values.dtype)
     return jnp.einsum("ki,...ij,lj->...kl", matrix, grid, matrix, precision="highest")
 
 
-def shells(coefficients: Float[Array, "... count count"]) -> Float[Array, "... count"]:
+def shells(coefficients: Float[Any, "... count count"]) -> Float[Any, "... count"]:
     """Sum of absolute coefficients by the larger of their two degrees."""
     count = coefficients.shape[-1]
     degree = np.maximum.outer(np.arange(count), np.arange(count))
-    size = jnp.abs(coefficients)
-    return jnp.stack([size.sum(axis=(-2, -1), where=degree == k) for k in range(count)], axis=-1)
+    size = abs(coefficients)
+    sums = [size.sum(axis=(-2, -1), where=degree == k) for k in range(count)]
+    return module_of(coefficients).stack(sums, axis=-1)
 
 
 def expand(coefficients: Float[Array, "fields count count"], shape: tuple[int, int]) -> list[Float[Array, "..."]]:

@@ -195,7 +195,7 @@ def _of_beams(scene: Scene, camera: Camera, chosen: Plan, fields: Fields) -> lis
     return found
 
 
-def _inside(scene: Scene, chosen: Plan, points: Float[Array, "n 2"], fields: Fields) -> list[Omission]:
+def _inside(scene: Scene, chosen: Plan, points: Float[np.ndarray, "n 2"], fields: Fields) -> list[Omission]:
     """Parts of the scene itself: polarization, tilts, the bare screen's rays, the exact sphere."""
     found = []
     if scene.light.polarization is None:
@@ -238,13 +238,13 @@ def _upright(scene: Scene) -> Scene | None:
 
 
 @jax.jit
-def _slopes(scene: Scene, points: Float[Array, "n 2"]) -> Float[Array, "2 pairs n"]:
+def _slopes(scene: Scene, points: Float[np.ndarray, "n 2"]) -> Float[Array, "2 pairs n"]:
     """Change of the phases along x and y [turns per metre]."""
     unit = jnp.eye(2)[:, None] * jnp.ones_like(points)
     return jax.vmap(lambda move: jax.jvp(lambda p: polar(fields_at(scene, p))[1], (points,), (move,))[1])(unit)
 
 
-def _frequency(scene: Scene, camera: Camera, points: Float[Array, "n 2"]) -> tuple[np.ndarray, np.ndarray]:
+def _frequency(scene: Scene, camera: Camera, points: Float[np.ndarray, "n 2"]) -> tuple[np.ndarray, np.ndarray]:
     """Largest frequencies of the fringes along x and y at the points [cycles per pixel]."""
     slopes = np.abs(np.asarray(_slopes(scene, points))) * float(camera.pixel_size)
     return slopes[0].max(axis=0, initial=0.0), slopes[1].max(axis=0, initial=0.0)

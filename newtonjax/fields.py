@@ -1,17 +1,17 @@
 """Smooth fields of a scene at points of the screen: background, fringe envelopes and phases."""
 
 from itertools import combinations
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Complex, Float
+from jaxtyping import Array, Bool, Complex, Float, Int
 
 from newtonjax.aim import Arrival, arrive_all
 from newtonjax.beams import itinerary
 from newtonjax.light import irradiance, mutual, shares
-from newtonjax.quantities import Scalar, as_complex, namespace
+from newtonjax.quantities import Scalar, as_complex, module_of
 from newtonjax.scene import Scene
 from newtonjax.trace import gather
 from newtonjax.turns import cos_turns, sin_turns
@@ -25,11 +25,11 @@ class Fields(NamedTuple):
     phase's error [turns] from the rounding of the optical paths, which are far longer than their difference.
     """
 
-    background: Float[Array, "..."]
-    envelope: Complex[Array, "pairs ..."]
-    phase: Float[Array, "pairs ..."]
-    rounding: Float[Array, "..."]
-    arrives: Bool[Array, "..."]
+    background: Float[Any, "..."]
+    envelope: Complex[Any, "pairs ..."]
+    phase: Float[Any, "pairs ..."]
+    rounding: Float[Any, "..."]
+    arrives: Bool[Any, "..."]
 
 
 def pairs(scene: Scene) -> tuple[tuple[int, int], ...]:
@@ -55,7 +55,7 @@ def combine(beams: Arrival, pairs: np.ndarray, wavelength: Scalar, weights: Floa
 
     `pairs` [pairs, 2]: which interfere, see `pairs`; `weights`: the shares of the polarization components.
     """
-    xp = namespace(beams, wavelength, weights)
+    xp = module_of(beams.path)
     first, second = pairs[:, 0], pairs[:, 1]
     path = (beams.path[second] - beams.path[first]) / wavelength
     longest = xp.abs(beams.path).max(axis=0) / wavelength
@@ -69,32 +69,41 @@ def combine(beams: Arrival, pairs: np.ndarray, wavelength: Scalar, weights: Floa
     )
 
 
-def opd_at(scene: Scene, points: Float[Array, "n 2"]) -> tuple[Float[Array, " n"], Bool[Array, " n"]]:
+def opd_at(scene: Scene, points: Float[Array | np.ndarray, "n 2"]) -> tuple[Float[Array, " n"], Bool[Array, " n"]]:
     """Optical path difference of a scene's two beams at points of its screen [m], and whether both arrive."""
-    beams = arrivals(scene, points)
-    ((first, second),) = pairs(scene)
+    return path_difference(arrivals(scene, points), np.array(pairs(scene)))
+
+
+def path_difference(beams: Arrival, pairs: Int[np.ndarray, "1 2"]) -> tuple[Float[Any, " n"], Bool[Any, " n"]]:
+    """`opd_at` of two beams that arrive at points; NumPy makes NumPy."""
+    ((first, second),) = pairs
     return beams.path[second] - beams.path[first], beams.arrives.all(axis=0)
 
 
-def intensity(fields: Fields) -> Float[Array, "..."]:
-    """The irradiance that the fields make, over the incident one."""
-    fringes = fields.envelope.real * cos_turns(fields.phase) - fields.envelope.imag * sin_turns(fields.phase)
-    return fields.background + fringes.sum(axis=0)
+def intensity(fields: Fields) -> Float[Any, "..."]:
+    """The irradiance that the fields make, over the incident one; NumPy makes NumPy."""
+    if module_of(fields.phase) is np:
+        turns = 2 * np.pi * (fields.phase - np.round(fields.phase))
+        cosine, sine = np.cos(turns), np.sin(turns)
+    else:
+        cosine, sine = cos_turns(fields.phase), sin_turns(fields.phase)
+    return fields.background + (fields.envelope.real * cosine - fields.envelope.imag * sine).sum(axis=0)
 
 
-def polar(fields: Fields) -> tuple[Float[Array, "pairs ..."], Float[Array, "pairs ..."]]:
+def polar(fields: Fields) -> tuple[Float[Any, "pairs ..."], Float[Any, "pairs ..."]]:
     """Signed modulus A and phase φ [turns] per pair with I = background + Σ A cos 2πφ, smooth where A changes sign.
 
     The envelope is turned to be nearly real by the argument of its largest value; what angle is left enters the phase
     through the arctangent of its slope. An envelope that circles zero has no smooth polar form: its coefficients then
-    decay slowly, which the error estimate sees.
+    decay slowly, which the error estimate sees. NumPy makes NumPy.
     """
+    xp = module_of(fields.envelope)
     flat = fields.envelope.reshape(len(fields.envelope), -1)
-    largest = jnp.take_along_axis(flat, jnp.abs(flat).argmax(axis=1)[:, None], axis=1)
-    size = jnp.abs(largest)
-    unit = jax.lax.stop_gradient(jnp.where(size > 0, largest * as_complex(1 / jnp.where(size > 0, size, 1.0)), 1.0))
-    unit = unit.reshape(-1, *[1] * (fields.envelope.ndim - 1))
-    turned = fields.envelope * jnp.conj(unit)
-    slope = turned.imag / jnp.where(turned.real == 0, 1.0, turned.real)
-    angle = (jnp.angle(unit) + jnp.arctan(slope)) / (2 * jnp.pi)
-    return turned.real * jnp.sqrt(1 + slope * slope), fields.phase + angle
+    largest = xp.take_along_axis(flat, abs(flat).argmax(axis=1)[:, None], axis=1)
+    size = abs(largest)
+    unit = xp.where(size > 0, largest * as_complex(1 / xp.where(size > 0, size, 1.0)), 1.0)
+    unit = (unit if xp is np else jax.lax.stop_gradient(unit)).reshape(-1, *[1] * (fields.envelope.ndim - 1))
+    turned = fields.envelope * unit.conj()
+    slope = turned.imag / xp.where(turned.real == 0, 1.0, turned.real)
+    angle = (xp.angle(unit) + xp.arctan(slope)) / (2 * np.pi)
+    return turned.real * xp.sqrt(1 + slope * slope), fields.phase + angle

@@ -1,5 +1,7 @@
 """The gap between two facing surfaces: thickness, and the fringes of equal thickness that it makes."""
 
+from typing import Any
+
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
@@ -7,7 +9,7 @@ from jaxtyping import Array, Bool, Float
 from newtonjax.beams import itinerary
 from newtonjax.fields import Fields
 from newtonjax.fresnel import amplitudes
-from newtonjax.quantities import Scalar, as_complex, is_concrete
+from newtonjax.quantities import Scalar, as_complex, is_concrete, module_of, namespace
 from newtonjax.scene import Scene
 from newtonjax.surfaces import SHALLOW, Surface, frame, sag
 
@@ -45,7 +47,7 @@ def required_gap(scene: Scene) -> int:
     return upper
 
 
-def height(surface: Surface, x: Float[Array, "..."], y: Float[Array, "..."], profile=sag) -> Float[Array, "..."]:
+def height(surface: Surface, x: Float[Any, "..."], y: Float[Any, "..."], profile=sag) -> Float[Any, "..."]:
     """Z of a surface over the point (x, y) [m]: an upright sphere, or a plane of any tilt.
 
     The exact sphere where it has a curvature that is traced or not 0; a plane costs no square root.
@@ -55,11 +57,11 @@ def height(surface: Surface, x: Float[Array, "..."], y: Float[Array, "..."], pro
     axis = frame(surface.tilt)[2]
     plane = vertex[2] - (axis[0] / axis[2] * dx + axis[1] / axis[2] * dy)
     if is_concrete(surface.curvature) and np.all(np.asarray(surface.curvature) == 0):
-        return jnp.asarray(plane)
+        return namespace(plane).asarray(plane)
     return plane + profile(surface.curvature, dx * dx + dy * dy)
 
 
-def is_shallow(scene: Scene, x: Float[Array, "..."], y: Float[Array, "..."]) -> Bool[Array, ""]:
+def is_shallow(scene: Scene, x: Float[Any, "..."], y: Float[Any, "..."]) -> Bool[Array, ""]:
     """Whether `shallow_sag` holds for both faces of the gap at all points."""
     upper = required_gap(scene)
     steepest = jnp.zeros(())
@@ -69,37 +71,39 @@ def is_shallow(scene: Scene, x: Float[Array, "..."], y: Float[Array, "..."]) -> 
     return steepest <= SHALLOW
 
 
-def gap_opd(scene: Scene, x: Float[Array, "..."], y: Float[Array, "..."], profile=sag) -> Float[Array, "..."]:
+def gap_opd(scene: Scene, x: Float[Any, "..."], y: Float[Any, "..."], profile=sag) -> Float[Any, "..."]:
     """2 n t(x, y): the round trip through the gap along z [m]."""
     upper = required_gap(scene)
     above, below = scene.surfaces[upper], scene.surfaces[upper + 1]
     return 2 * scene.media[upper + 1] * (height(above, x, y, profile) - height(below, x, y, profile))
 
 
-def axis_amplitude(scene: Scene, word: str) -> Float[Array, ""]:
+def axis_amplitude(scene: Scene, word: str) -> Float[Any, ""]:
     """Amplitude of a beam at normal incidence, its square the flux over the launched one.
 
     A transmitted beam's sqrt(T) is sqrt(1 - r²), written 2 sqrt(n1 n2) / (n1 + n2).
     """
     path = itinerary(word, len(scene.surfaces))
-    total = jnp.ones(())
+    xp = namespace(scene.media)
+    total = xp.ones(())
     for action, before, beyond in zip(path.action, path.before, path.beyond, strict=True):
         n1, n2 = scene.media[before], scene.media[beyond]
         r_s, _, t_s, _ = amplitudes(n1, n2, 1.0, 1.0)
-        total = total * (r_s if action else t_s * jnp.sqrt(n2 / n1))
+        total = total * (r_s if action else t_s * xp.sqrt(n2 / n1))
     return total
 
 
-def closed_fields(scene: Scene, x: Float[Array, "..."], y: Float[Array, "..."], profile=sag) -> Fields:
+def closed_fields(scene: Scene, x: Float[Any, "..."], y: Float[Any, "..."], profile=sag) -> Fields:
     """The fields of equal-thickness fringes at points (x, y) of the gap [m]; constant amplitudes."""
     short, long = (axis_amplitude(scene, word) for word in sorted(scene.beams, key=len))
     phase = gap_opd(scene, x, y, profile) * (1 / scene.wavelength)  # one division, not one per pixel
-    ones = jnp.ones((1,) * phase.ndim)
+    xp = module_of(phase)
+    ones = xp.ones((1,) * phase.ndim)
     return Fields(
         background=(short**2 + long**2) * ones,
         envelope=as_complex(2 * short * long * ones[None]),
         phase=phase[None],
-        rounding=jnp.zeros_like(ones),
+        rounding=xp.zeros_like(ones),
         arrives=ones > 0,
     )
 

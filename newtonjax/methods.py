@@ -2,33 +2,27 @@
 
 import abc
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float, Shaped
 
-from newtonjax import chebyshev
-from newtonjax.camera import Camera
-from newtonjax.fields import Fields, arrivals, fields_at, intensity, opd_at, polar
+from newtonjax import chebyshev, packed
+from newtonjax.camera import Camera, corners
+from newtonjax.fields import Fields, arrivals, fields_at, intensity, opd_at, path_difference
 from newtonjax.gap import closed_fields, gap_opd, is_shallow, why_not_closed
+from newtonjax.precision import x64
+from newtonjax.quantities import is_concrete
 from newtonjax.scene import Scene
 from newtonjax.single import closed_turns
+from newtonjax.smooth import ErrorEstimate, error_from_nodes, smooth
 from newtonjax.strips import synthesize_single
 from newtonjax.surfaces import sag, shallow_sag
 from newtonjax.synthesis import synthesize
 from newtonjax.turns import cos_turns
-
-
-class ErrorEstimate(NamedTuple):
-    """Bounds of a method's error: phase [turns], and intensity over the peak.
-
-    The peak is the largest background plus the fringes' amplitude: an image that shows a dark fringe only stays below.
-    """
-
-    phase: Float[Array, ""] | float
-    intensity: Float[Array, ""] | float
 
 
 class AbstractMethod(eqx.Module):
@@ -69,11 +63,26 @@ class Traced(AbstractMethod):
         """Every scene is honoured."""
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
+        if is_concrete(scene, camera):
+            return self._by_blocks(scene, camera, lambda bench, beams: intensity(packed.node_fields(bench, beams)))
         return at_every_pixel(lambda points: intensity(fields_at(scene, points)), camera, self.chunk)
 
     def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
         _check_two_beams(scene)
+        if is_concrete(scene, camera):
+            return self._by_blocks(scene, camera, lambda bench, beams: path_difference(beams, bench.pairs)[0])
         return at_every_pixel(lambda points: opd_at(scene, points)[0], camera, self.chunk)
+
+    def _by_blocks(self, scene: Scene, camera: Camera, function) -> Float[Array, "rows columns"]:
+        """A function of bench and arriving beams at every pixel, by the program of all benches."""
+        bench, (x, y), (rows, columns) = packed.pack(scene), camera.axes(), camera.shape
+        pixels = np.empty(rows * columns)
+        for first in range(0, pixels.size, self.chunk):
+            pixel = np.arange(first, min(first + self.chunk, pixels.size))
+            points = np.stack([x[pixel % columns], y[pixel // columns]], axis=1)
+            pixels[pixel] = function(bench, packed.arrivals(bench, points))
+        with x64():
+            return jnp.asarray(pixels.reshape(rows, columns))
 
 
 def at_every_pixel(
@@ -117,17 +126,21 @@ class Chebyshev(AbstractMethod):
         """Every part of a scene is honoured; `render` refuses where a beam does not reach the whole image."""
 
     def fields(self, scene: Scene, camera: Camera) -> Fields:
-        """The fields at the nodes (row by row). They arrive only if the frame's corners do, which no node is at."""
+        """The fields at the nodes (row by row). They arrive only if the frame's corners do, which no node is at.
+
+        In NumPy, by the program of all benches, where the numbers of scene and camera are known.
+        """
+        if is_concrete(scene, camera):
+            bench = packed.pack(scene)
+            return packed.node_fields(bench, packed.node_arrivals(bench, camera, self.nodes))
         fields = fields_at(scene, chebyshev.node_points(camera, self.nodes))
         if scene.shield is None:
             return fields
-        x, y = camera.axes()
-        corners = jnp.stack([x[jnp.array([0, 0, -1, -1])], y[jnp.array([0, -1, 0, -1])]], axis=1)
-        return fields._replace(arrives=fields.arrives & arrivals(scene, corners).arrives.all())
+        return fields._replace(arrives=fields.arrives & arrivals(scene, corners(camera)).arrives.all())
 
-    def coefficients(self, fields: Fields) -> Float[Array, "fields nodes nodes"]:
-        """Chebyshev coefficients of background, moduli and phases [turns]."""
-        return chebyshev.coefficients(jnp.concatenate([fields.background[None], *polar(fields)]))
+    def coefficients(self, fields: Fields) -> Float[Any, "fields nodes nodes"]:
+        """Chebyshev coefficients of background, moduli and phases [turns]; NumPy makes NumPy."""
+        return smooth(fields).coefficients
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
         return self.image_and_reach(scene, camera)[0]
@@ -144,50 +157,19 @@ class Chebyshev(AbstractMethod):
     def opd_and_reach(self, scene: Scene, camera: Camera) -> tuple[Float[Array, "rows columns"], Bool[Array, ""]]:
         """The path difference, and whether every beam reaches every node."""
         _check_two_beams(scene)
-        values, arrives = opd_at(scene, chebyshev.node_points(camera, self.nodes))
+        values, arrives = self._paths(scene, camera)
         return chebyshev.expand(chebyshev.coefficients(values[None]), camera.shape)[0], arrives.all()
+
+    def _paths(self, scene: Scene, camera: Camera):
+        """Path differences at the nodes, and where both beams arrive."""
+        if is_concrete(scene, camera):
+            bench = packed.pack(scene)
+            return path_difference(packed.arrivals(bench, chebyshev.node_points(camera, self.nodes)), bench.pairs)
+        return opd_at(scene, chebyshev.node_points(camera, self.nodes))
 
     def error(self, scene: Scene, camera: Camera) -> ErrorEstimate:
         """Bounds of this method's error from the decay of the coefficients. Infinite where a beam misses a node."""
         return error_from_nodes(self.fields(scene, camera), self.nodes)
-
-
-def error_from_nodes(fields: Fields, count: int) -> ErrorEstimate:
-    """Error bounds of keeping `count` degrees to a side of fields known on at least as many nodes.
-
-    Left out are the shells of coefficients beyond the cut as far as the nodes tell them, and beyond these what their
-    last two shells would grow to if they went on at the rate at which shells decay there; folding back on fewer nodes
-    doubles it (Trefethen 2013, Approximation Theory and Approximation Practice, theorem 8.2). Two shells, since one of
-    them vanishes in a symmetric field; and the slower of their rate and that over twice as many, since the last ones
-    hold what the nodes do not tell from them.
-    """
-    modulus, phase = polar(fields)
-
-    def rest(values):
-        shell = chebyshev.shells(chebyshev.coefficients(values))
-        # With hardly more nodes than are kept their last shells lie at the cut itself.
-        end = shell.shape[-1] if shell.shape[-1] >= count + 4 else count
-        edge = shell[..., end - 2] + shell[..., end - 1]
-        before, long = (shell[..., max(end - k, 0)] + shell[..., max(end - k + 1, 1)] for k in (4, 8))
-        rates = (edge / jnp.where(before > 0, before, 1.0), (edge / jnp.where(long > 0, long, 1.0)) ** (1 / 3))
-        rate = jnp.minimum(jnp.maximum(*rates), 0.9)
-        further = edge * jnp.maximum(rate / (1 - rate), 1.0 if end < count + 4 else 0.1)
-        beyond = shell[..., count:].sum(axis=-1)
-        return 2 * (beyond + further if end > count else jnp.maximum(further, beyond))
-
-    reached = fields.arrives.all()
-    phase_error = (rest(phase) + fields.rounding.max()).max(initial=0.0)
-    size = jnp.abs(modulus).max(axis=-1)
-    error = (
-        rest(fields.background)
-        + rest(modulus).sum()
-        + 2 * jnp.pi * (size * (rest(phase) + fields.rounding.max())).sum()
-    )
-    peak = fields.background.max() + size.sum()
-    return ErrorEstimate(
-        jnp.where(reached, phase_error, jnp.inf),
-        jnp.where(reached, error / jnp.where(peak > 0, peak, 1.0), jnp.inf),
-    )
 
 
 class ClosedForm(AbstractMethod):
@@ -204,7 +186,7 @@ class ClosedForm(AbstractMethod):
             raise ValueError(f"ClosedForm cannot honour {reason}; use Chebyshev() or Traced()")
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
-        x, y = camera.axes()
+        x, y = map(jnp.asarray, camera.axes())
         x, y = x[None, :], y[:, None]
         if x.dtype == jnp.float32:
             fields = closed_fields(scene, x[:, :1], y[:1])

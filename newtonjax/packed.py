@@ -10,7 +10,9 @@ import jax
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from newtonjax import chebyshev
 from newtonjax.aim import Arrival, arrive_all
+from newtonjax.camera import Camera, corners
 from newtonjax.fields import Fields, combine, pairs
 from newtonjax.light import shares
 from newtonjax.precision import x64
@@ -46,17 +48,21 @@ def pack(scene: Scene) -> Packed:
     """The numbers of a scene in padded arrays. Known numbers take under a millisecond and compile nothing."""
     longest = max(len(word.split()) for word in scene.beams)
     routes, setting = gather(scene, max(INTERACTIONS, 1 << (longest - 1).bit_length()))
-    count = len(scene.beams)
-    order = np.minimum(np.arange(-(-count // BEAMS) * BEAMS), count - 1)
-    xp = namespace(scene)
+    order, xp = _padded(len(scene.beams)), namespace(scene)
+    # Copies: JAX remembers what it made of an array of the scene's, also for a program of another precision.
     return Packed(
         jax.tree.map(lambda leaf: leaf[order], routes),
-        setting,
+        jax.tree.map(xp.array, setting),
         xp.asarray(scene.wavelength, dtype=float),
         xp.asarray(shares(scene.light)),
         np.array(pairs(scene), dtype=int).reshape(-1, 2),
-        count,
+        len(scene.beams),
     )
+
+
+def _padded(count: int) -> np.ndarray:
+    """Indices of so many beams, the last one repeated to fill the last call."""
+    return np.minimum(np.arange(-(-count // BEAMS) * BEAMS), count - 1)
 
 
 # Routes [2, interactions], points [289, 2] in metres; the arrival's numbers are [2, 289].
@@ -78,6 +84,32 @@ def arrivals(packed: Packed, points: Float[np.ndarray, "n 2"]) -> Arrival:
     rows = [jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=1), *row) for row in parts]
     whole = jax.tree.map(lambda *leaves: np.concatenate(leaves), *rows)
     return jax.tree.map(lambda leaf: leaf[: packed.beams, :number], whole)
+
+
+def node_arrivals(packed: Packed, camera: Camera, nodes: int) -> Arrival:
+    """Every beam at nodes x nodes Chebyshev points of the image [beams, n], row by row, in NumPy.
+
+    Behind a shield a beam arrives at a node only if it does at the frame's corners, which no node is at.
+    """
+    points = chebyshev.node_points(camera, nodes)
+    if np.isinf(packed.setting.hole[2]):
+        return arrivals(packed, points)
+    both = arrivals(packed, np.concatenate([points, corners(camera)]))
+    at_nodes = jax.tree.map(lambda leaf: leaf[:, : len(points)], both)
+    seen = both.arrives[:, len(points) :].all(axis=1, keepdims=True)
+    return at_nodes._replace(arrives=at_nodes.arrives & seen)
+
+
+def with_beams(packed: Packed, arrival: Arrival, kept: list[int]) -> tuple[Packed, Arrival]:
+    """The bench with some of its beams only, in their order, and what arrives of these."""
+    order = np.array(kept)[_padded(len(kept))]
+    both = [(kept.index(j), kept.index(k)) for j, k in packed.pairs if j in kept and k in kept]
+    fewer = packed._replace(
+        routes=jax.tree.map(lambda leaf: leaf[order], packed.routes),
+        pairs=np.array(both, dtype=int).reshape(-1, 2),
+        beams=len(kept),
+    )
+    return fewer, jax.tree.map(lambda leaf: leaf[kept], arrival)
 
 
 def node_fields(packed: Packed, arrival: Arrival) -> Fields:

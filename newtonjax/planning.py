@@ -1,25 +1,24 @@
 """Choosing a method: the cheapest whose predicted error stays within a tolerance."""
 
 from dataclasses import dataclass, replace
-from functools import partial
 
 import jax
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Float
 
 from newtonjax import chebyshev
-from newtonjax.aim import aim
+from newtonjax.aim import Arrival
 from newtonjax.camera import Camera
 from newtonjax.checks import require_bench, require_tolerance
 from newtonjax.cost import passes
-from newtonjax.fields import Fields, arrivals, polar
+from newtonjax.fields import Fields, polar
 from newtonjax.gap import closed_fields, why_not_closed
-from newtonjax.light import irradiance, shares
-from newtonjax.methods import AbstractMethod, Chebyshev, ClosedForm, ErrorEstimate, Traced, error_from_nodes
-from newtonjax.precision import afresh, require_concrete, x64
+from newtonjax.light import irradiance
+from newtonjax.methods import AbstractMethod, Chebyshev, ClosedForm, Traced
+from newtonjax.packed import Packed, node_arrivals, node_fields, pack, with_beams
+from newtonjax.precision import require_concrete
 from newtonjax.scene import Scene
-from newtonjax.trace import gather
+from newtonjax.smooth import ErrorEstimate, error_of, smooth
 
 _LADDER = (3, 4, 5, 6, 7, 9, 11, 13, 17, 21, 25, 29, 33)
 # Nodes to a side of the probes; a grid is judged by one that has at least so many more.
@@ -48,20 +47,6 @@ class Plan:
     reason: str
 
 
-@partial(jax.jit, static_argnames="count")
-def _probe(scene: Scene, camera: Camera, count: int = _COARSE) -> Fields:
-    return Chebyshev(count).fields(scene, camera)
-
-
-@jax.jit
-def _amplitudes(scene: Scene, camera: Camera) -> Float[Array, " beams"]:
-    beams = arrivals(scene, chebyshev.node_points(camera, _COARSE))
-    return jnp.sqrt(irradiance(shares(scene.light), beams.field).max(axis=1))
-
-
-_error = jax.jit(error_from_nodes, static_argnums=1)
-
-
 def plan(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Plan:
     """The cheapest method whose predicted largest intensity error, over the peak, is at most the tolerance.
 
@@ -76,46 +61,74 @@ def plan(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Plan:
 
     Raises ValueError for a tolerance that is not positive, and for traced values, which have no error to compare.
     """
+    return planned(scene, camera, tolerance)[0]
+
+
+def planned(
+    scene: Scene, camera: Camera, tolerance: float = 1e-3
+) -> tuple[Plan, Float[np.ndarray, "fields nodes nodes"] | None]:
+    """What `plan` returns; and where that is nodes, the coefficients of the fields, without a further ray.
+
+    They are cut from those of the finer grid on which the plan was made, and so closer to the fields than those of
+    rays at the plan's own nodes, where higher degrees fold back.
+    """
     require_bench(scene, camera)
     require_tolerance(tolerance)
     require_concrete("plan", scene, camera)
-    scene, camera = afresh(scene, camera)
+    bench = pack(scene)
+    beams = node_arrivals(bench, camera, _COARSE)
+    strong, lost = _strong_beams(_amplitudes(bench, beams), 0.1 * tolerance)
+    dropped = tuple(word for k, word in enumerate(scene.beams) if k not in strong)
+    if dropped:
+        scene = replace(scene, beams=tuple(scene.beams[k] for k in strong))
+        bench, beams = with_beams(bench, beams, strong)
+    fields = node_fields(bench, beams)
+    rounding = float(fields.rounding.max())
+    whole = Plan(Traced(), scene, dropped, rounding, lost + 2 * np.pi * rounding, "")
+    if not fields.arrives.all():
+        reason = "not every beam reaches the whole image"
+        if beams.lost.any():
+            reason = f"{reason}, and a caustic ends in it: where several rays of a beam land, one is followed"
+            return replace(whole, phase_error=np.inf, intensity_error=np.inf, reason=reason), None
+        return replace(whole, reason=reason), None
     single = not jax.config.read("jax_enable_x64")
-    with x64():
-        kept, lost = _strong_beams(scene, camera, 0.1 * tolerance)
-        dropped = tuple(word for word in scene.beams if word not in kept.beams)
-        fields = _probe(kept, camera)
-        rounding = _rounding(fields)
-        if not np.all(fields.arrives):
-            reason = "not every beam reaches the whole image"
-            if folds(kept, camera):
-                reason = f"{reason}, and a caustic ends in it: where several rays of a beam land, one is followed"
-                return Plan(Traced(), kept, dropped, np.inf, np.inf, reason)
-            return Plan(Traced(), kept, dropped, rounding, lost + 2 * np.pi * rounding, reason)
-        closed = _closed_error(kept, camera, fields)
-        if closed is not None:
-            by_formula = float(closed.intensity) + lost + (_SINGLE_CLOSED if single else 0.0)
-            if by_formula <= tolerance:
-                reason = "the screen is focused on the gap"
-                return Plan(ClosedForm(), kept, dropped, float(closed.phase), by_formula, reason)
-        reason = "no grid of nodes is fine enough for the fields"
-        for finest in (_COARSE, _FINE, _FINEST):
-            fields = _probe(kept, camera, finest)
-            if not np.all(fields.arrives):
+    closed = _closed_error(scene, camera, fields)
+    if closed is not None:
+        by_formula = float(closed.intensity) + lost + (_SINGLE_CLOSED if single else 0.0)
+        if by_formula <= tolerance:
+            reason = "the screen is focused on the gap"
+            return Plan(ClosedForm(), scene, dropped, float(closed.phase), by_formula, reason), None
+    return _on_nodes(whole, bench, camera, fields, tolerance, lost, single)
+
+
+def _on_nodes(whole: Plan, bench: Packed, camera: Camera, fields: Fields, tolerance: float, lost: float, single: bool):
+    """The plan of the fewest nodes that keep the tolerance, and their coefficients; else that of the whole image."""
+    dearest = passes(Traced(), whole.scene, camera)
+    reason = "no grid of nodes is fine enough for the fields"
+    for finest in (_COARSE, _FINE, _FINEST):
+        if finest > _COARSE:
+            fields = node_fields(bench, node_arrivals(bench, camera, finest))
+        nodes = smooth(fields)
+        if not nodes.reached:
+            break
+        for count in (n for n in _LADDER if n + _BEYOND <= finest):
+            if passes(Chebyshev(count), whole.scene, camera) > dearest:
+                reason = "rays at every pixel cost less than a grid of nodes that is fine enough"
                 break
-            for count in (n for n in _LADDER if n + _BEYOND <= finest):
-                if passes(Chebyshev(count), kept, camera) > passes(Traced(), kept, camera):
-                    reason = "rays at every pixel cost less than a grid of nodes that is fine enough"
-                    break
-                phase, intensity = map(float, _error(fields, count))
-                if intensity + lost <= tolerance:
-                    reason = f"the fields are smooth: {count} x {count} nodes resolve them"
-                    rounded = intensity + lost + _SINGLE
-                    if single and rounded <= tolerance:
-                        return Plan(Chebyshev(count), kept, dropped, phase, rounded, reason)
-                    method = Chebyshev(count, "float64" if single else None)
-                    return Plan(method, kept, dropped, phase, intensity + lost, reason)
-        return Plan(Traced(), kept, dropped, rounding, lost + 2 * np.pi * rounding, reason)
+            phase, intensity = map(float, error_of(nodes, count))
+            if intensity + lost > tolerance:
+                continue
+            rounded = intensity + lost + _SINGLE
+            in_float32 = single and rounded <= tolerance
+            chosen = replace(
+                whole,
+                method=Chebyshev(count, "float64" if single and not in_float32 else None),
+                phase_error=phase,
+                intensity_error=rounded if in_float32 else intensity + lost,
+                reason=f"the fields are smooth: {count} x {count} nodes resolve them",
+            )
+            return chosen, nodes.coefficients[:, :count, :count]
+    return replace(whole, reason=reason), None
 
 
 def folds(scene: Scene, camera: Camera) -> bool:
@@ -123,42 +136,31 @@ def folds(scene: Scene, camera: Camera) -> bool:
 
     Seen at 17 x 17 points, where the search for a ray ends with one that reaches the screen elsewhere.
     """
-    scene, camera = afresh(scene, camera)
-    with x64():
-        return bool(np.any(_lost(scene, chebyshev.node_points(camera, _COARSE))))
-
-
-@jax.jit
-def _lost(scene: Scene, points: Float[Array, "n 2"]) -> Bool[Array | np.ndarray, "beams n"]:
-    routes, setting = gather(scene)
-    return jax.vmap(lambda route: jax.vmap(lambda point: aim(route, setting, point).lost)(points))(routes)
-
-
-def _rounding(fields: Fields) -> float:
-    return float(np.max(fields.rounding))
+    return bool(node_arrivals(pack(scene), camera, _COARSE).lost.any())
 
 
 def beam_amplitudes(scene: Scene, camera: Camera) -> dict[str, float]:
     """Largest amplitude of each beam in the image, of incident light of irradiance 1, at 17 x 17 points."""
-    return dict(zip(scene.beams, np.asarray(_amplitudes(scene, camera)).tolist(), strict=True))
+    bench = pack(scene)
+    return dict(zip(scene.beams, _amplitudes(bench, node_arrivals(bench, camera, _COARSE)).tolist(), strict=True))
 
 
-def _strong_beams(scene: Scene, camera: Camera, allowance: float) -> tuple[Scene, float]:
+def _amplitudes(bench: Packed, beams: Arrival) -> Float[np.ndarray, " beams"]:
+    return np.sqrt(irradiance(bench.shares, beams.field).max(axis=1))
+
+
+def _strong_beams(amplitude: Float[np.ndarray, " beams"], allowance: float) -> tuple[list[int], float]:
     """Drop the weakest beams while all that they add stays within the allowance; what they may add over the peak."""
-    if len(scene.beams) <= 2:
-        return scene, 0.0
-    amplitude = np.asarray(_amplitudes(scene, camera))
-    peak = float((amplitude**2).sum())
-    order = np.argsort(amplitude)
-    total, dropped, lost = amplitude.sum(), [], 0.0
-    for k in order[:-1]:
-        change = 2 * amplitude[[*dropped, k]].sum() * total / peak
-        if change > allowance:
-            break
-        dropped.append(k)
-        lost = float(change)
-    words = tuple(word for k, word in enumerate(scene.beams) if k not in dropped)
-    return replace(scene, beams=words), lost
+    dropped, lost = [], 0.0
+    if len(amplitude) > 2:
+        peak, total = float((amplitude**2).sum()), amplitude.sum()
+        for k in np.argsort(amplitude)[:-1].tolist():
+            change = 2 * amplitude[[*dropped, k]].sum() * total / peak
+            if change > allowance:
+                break
+            dropped.append(k)
+            lost = float(change)
+    return [k for k in range(len(amplitude)) if k not in dropped], lost
 
 
 def _closed_error(scene: Scene, camera: Camera, traced: Fields) -> ErrorEstimate | None:
@@ -168,9 +170,9 @@ def _closed_error(scene: Scene, camera: Camera, traced: Fields) -> ErrorEstimate
     points = chebyshev.node_points(camera, _COARSE)
     closed = closed_fields(scene, points[:, 0], points[:, 1])
     (size, phase), (true_size, true_phase) = polar(closed), polar(traced)
-    wrong = jnp.abs(phase - true_phase)
-    wrong = jnp.abs(wrong - jnp.round(wrong)) + traced.rounding
-    error = jnp.abs(closed.background - traced.background) + jnp.abs(jnp.abs(size) - jnp.abs(true_size))[0]
-    error = error + 2 * jnp.pi * (wrong * jnp.abs(true_size))[0]
-    peak = traced.background.max() + jnp.abs(true_size).max()
+    wrong = abs(phase - true_phase)
+    wrong = abs(wrong - np.round(wrong)) + traced.rounding
+    error = abs(closed.background - traced.background) + abs(abs(size) - abs(true_size))[0]
+    error = error + 2 * np.pi * (wrong * abs(true_size))[0]
+    peak = traced.background.max() + abs(true_size).max()
     return ErrorEstimate(1.5 * float(wrong.max()), 1.5 * float(error.max() / peak))

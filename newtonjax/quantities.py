@@ -23,6 +23,11 @@ def namespace(*trees) -> Any:
     return np if is_concrete(*trees) else jnp
 
 
+def module_of(array) -> Any:
+    """NumPy for its own arrays, jax.numpy for JAX's: what is made of an array stays where it was."""
+    return np if isinstance(array, np.ndarray) else jnp
+
+
 def as_scalar(value):
     """A leaf for one number: a concrete one becomes a Python float, which no x64 setting can round."""
     return value if isinstance(value, jax.Array) and not is_concrete(value) else _unwrap(value)

@@ -73,17 +73,18 @@ def intersect(
     return slide + beyond, normal, meets
 
 
-def sag(curvature, r2: Float[Array, "..."]) -> Float[Array, "..."]:
+def sag(curvature, r2: Float[Any, "..."]) -> Float[Any, "..."]:
     """Height of the sphere over its vertex plane [m] at squared radius r2 [m²]: c r² / (1 + sqrt(1 - c² r²)).
 
     Beyond the sphere's equator (c² r² > 1) there is no height; the equator's is returned.
     """
+    xp = namespace(curvature, r2)
     inside = 1 - curvature * curvature * r2
-    root = jnp.sqrt(jnp.where(inside > 0, inside, 1.0))
-    return curvature * r2 / (1 + jnp.where(inside > 0, root, 0.0))
+    root = xp.sqrt(xp.where(inside > 0, inside, 1.0))
+    return curvature * r2 / (1 + xp.where(inside > 0, root, 0.0))
 
 
-def shallow_sag(curvature, r2: Float[Array, "..."]) -> Float[Array, "..."]:
+def shallow_sag(curvature, r2: Float[Any, "..."]) -> Float[Any, "..."]:
     """`sag` where c² r² is at most `SHALLOW`: its series, equal to rounding, without a square root and a division."""
     u = curvature * curvature * r2
     return curvature * r2 * (1 / 2 + u * (1 / 8 + u * (1 / 16 + u * (5 / 128 + u * (7 / 256)))))
