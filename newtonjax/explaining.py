@@ -4,20 +4,20 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 
 import jax
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from newtonjax import chebyshev
 from newtonjax.beams import enumerate_beams
 from newtonjax.camera import Camera
 from newtonjax.checks import require_bench
 from newtonjax.cost import predicted_seconds
-from newtonjax.fields import Fields, fields_at, polar
+from newtonjax.fields import Fields, polar
 from newtonjax.gap import closed_fields, gap_of, has_tilted_sphere, why_not_closed
 from newtonjax.methods import ClosedForm
+from newtonjax.packed import arrivals, node_fields, pack
 from newtonjax.planning import Plan, beam_amplitudes, plan
-from newtonjax.precision import afresh, require_concrete, x64
+from newtonjax.precision import require_concrete
 from newtonjax.rendering import render
 from newtonjax.scene import Scene
 
@@ -112,23 +112,21 @@ def explain(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Explanatio
     """
     require_bench(scene, camera)
     require_concrete("explain", scene, camera)
-    scene, camera = afresh(scene, camera)
     plan(scene, camera, tolerance)  # compiles
     begin = perf_counter()
     chosen = plan(scene, camera, tolerance)
     planning = perf_counter() - begin
     first, again = _clock(chosen, camera), min(_clock(chosen, camera) for _ in range(3))
-    with x64():
-        points = chebyshev.node_points(camera, _POINTS)
-        fields = _probe(scene, points)
-        whole = bool(fields.arrives.all())
-        if not whole:  # the part of the image that light reaches; where it does not, there is nothing
-            points = points[np.flatnonzero(fields.arrives)] if fields.arrives.any() else points[:1]
-            fields = _probe(scene, points)
-        parts = [*_of_beams(scene, camera, chosen, fields), *_inside(scene, chosen, points, fields)]
-        frequency = _frequency(scene, camera, points)
-        parts.append(_pixel(fields, frequency, whole))
-        parts.append(_line_width(scene, fields, tolerance))
+    points = chebyshev.node_points(camera, _POINTS)
+    fields = _fields(scene, points)
+    whole = bool(fields.arrives.all())
+    if not whole:  # the part of the image that light reaches; where it does not, there is nothing
+        points = points[fields.arrives] if fields.arrives.any() else points[:1]
+        fields = _fields(scene, points)
+    parts = [*_of_beams(scene, camera, chosen, fields), *_inside(scene, chosen, points, fields)]
+    frequency = _frequency(scene, camera, points)
+    parts.append(_pixel(fields, frequency, whole))
+    parts.append(_line_width(scene, fields, tolerance))
     finest = float(np.hypot(*frequency).max())
     return Explanation(
         scene,
@@ -150,21 +148,23 @@ def _clock(chosen: Plan, camera: Camera) -> float:
     return perf_counter() - begin
 
 
-_probe = jax.jit(fields_at)
+def _fields(scene: Scene, points: Float[np.ndarray, "n 2"]) -> Fields:
+    bench = pack(scene)
+    return node_fields(bench, arrivals(bench, points))
 
 
 def _peak(fields: Fields) -> float:
-    return float(fields.background.max() + jnp.abs(fields.envelope).sum(axis=0).max())
+    return float(fields.background.max() + np.abs(fields.envelope).sum(axis=0).max())
 
 
 def _difference(one: Fields, other: Fields) -> float:
     """Largest change of intensity between two fields of the same pairs of beams, over the peak, whatever the phase."""
     (size, phase), (other_size, other_phase) = polar(one), polar(other)
-    wrong = jnp.abs(phase - other_phase)
-    wrong = jnp.minimum(2 * jnp.pi * jnp.abs(wrong - jnp.round(wrong)), 2.0)
-    beyond = jnp.abs(phase - other_phase) > 0.5
-    change = jnp.abs(one.background - other.background) + jnp.abs(jnp.abs(size) - jnp.abs(other_size)).sum(axis=0)
-    change = change + (jnp.where(beyond, 2.0, wrong) * jnp.abs(size)).sum(axis=0)
+    wrong = np.abs(phase - other_phase)
+    wrong = np.minimum(2 * np.pi * np.abs(wrong - np.round(wrong)), 2.0)
+    beyond = np.abs(phase - other_phase) > 0.5
+    change = np.abs(one.background - other.background) + np.abs(np.abs(size) - np.abs(other_size)).sum(axis=0)
+    change = change + (np.where(beyond, 2.0, wrong) * np.abs(size)).sum(axis=0)
     return min(_BETWEEN * float(change.max()), 2.0 * _peak(one)) / _peak(one)
 
 
@@ -200,11 +200,11 @@ def _inside(scene: Scene, chosen: Plan, points: Float[np.ndarray, "n 2"], fields
     found = []
     if scene.light.polarization is None:
         turned = [replace(scene, light=replace(scene.light, polarization=angle)) for angle in (0.0, np.pi / 2)]
-        error = max(_difference(_probe(other, points), fields) for other in turned)
+        error = max(_difference(_fields(other, points), fields) for other in turned)
         found.append(Omission("polarization", error, True, "against light polarized along x or y"))
     for name, level in (("tilt of the light", _light_upright(scene)), ("tilt of the surfaces", _upright(scene))):
         if level is not None:
-            found.append(Omission(name, _difference(_probe(level, points), fields), True, "against none"))
+            found.append(Omission(name, _difference(_fields(level, points), fields), True, "against none"))
     if (upper := gap_of(scene)) is None or has_tilted_sphere(scene):
         return found
     x, y = points[:, 0], points[:, 1]
@@ -237,17 +237,18 @@ def _upright(scene: Scene) -> Scene | None:
     return replace(scene, surfaces=tuple(replace(surface, tilt=(0.0, 0.0)) for surface in scene.surfaces))
 
 
-@jax.jit
-def _slopes(scene: Scene, points: Float[np.ndarray, "n 2"]) -> Float[Array, "2 pairs n"]:
-    """Change of the phases along x and y [turns per metre]."""
-    unit = jnp.eye(2)[:, None] * jnp.ones_like(points)
-    return jax.vmap(lambda move: jax.jvp(lambda p: polar(fields_at(scene, p))[1], (points,), (move,))[1])(unit)
-
-
 def _frequency(scene: Scene, camera: Camera, points: Float[np.ndarray, "n 2"]) -> tuple[np.ndarray, np.ndarray]:
-    """Largest frequencies of the fringes along x and y at the points [cycles per pixel]."""
-    slopes = np.abs(np.asarray(_slopes(scene, points))) * float(camera.pixel_size)
-    return slopes[0].max(axis=0, initial=0.0), slopes[1].max(axis=0, initial=0.0)
+    """Largest frequencies of the fringes along x and y at the points [cycles per pixel]: phases a pixel apart.
+
+    0 where a beam does not reach both ends of the pixel.
+    """
+    half = float(camera.pixel_size) / 2 * np.array([[1.0, 0.0], [0.0, 1.0]])
+    moved = np.concatenate([points + sign * step for step in half for sign in (1, -1)])
+    fields = _fields(scene, moved)
+    phase = polar(fields)[1].reshape(-1, 2, 2, len(points))
+    both = fields.arrives.reshape(2, 2, len(points)).all(axis=1)
+    along_x, along_y = np.where(both, np.abs(phase[:, :, 0] - phase[:, :, 1]).max(axis=0, initial=0.0), 0.0)
+    return along_x, along_y
 
 
 def _pixel(fields: Fields, frequency: tuple[np.ndarray, np.ndarray], whole: bool) -> Omission:
@@ -256,7 +257,7 @@ def _pixel(fields: Fields, frequency: tuple[np.ndarray, np.ndarray], whole: bool
         return Omission(
             "mean over each pixel", 1.0, False, "a beam ends in the image: on its edge a pixel is lit or dark"
         )
-    size = np.asarray(jnp.abs(fields.envelope).sum(axis=0))
+    size = np.abs(fields.envelope).sum(axis=0)
     left = np.sinc(frequency[0]) * np.sinc(frequency[1])
     error = _BETWEEN_SLOPES * float((size * (1 - left)).max()) / _peak(fields)
     return Omission("mean over each pixel", error, False, "the image is taken at the pixels' centres")
@@ -264,7 +265,7 @@ def _pixel(fields: Fields, frequency: tuple[np.ndarray, np.ndarray], whole: bool
 
 def _line_width(scene: Scene, fields: Fields, tolerance: float) -> Omission:
     """The width of a line that would fade the fringes by the tolerance: exp(-2 (π m δ)²) at the order m."""
-    order = float(jnp.abs(fields.phase).max(initial=0.0))
+    order = float(np.abs(fields.phase).max(initial=0.0))
     width = float(np.sqrt(tolerance / 2) / (np.pi * order)) * float(scene.wavelength) if order else np.inf
     return Omission(
         "width of the line, coherence", None, False, f"an rms width of {width * 1e9:.2g} nm costs {tolerance:g}"

@@ -1,13 +1,13 @@
 """Where two rays of one source point meet: the plane in which an extended source shows their fringes."""
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from newtonjax.beams import word_of
+from newtonjax.packed import pack
 from newtonjax.precision import require_concrete, x64
 from newtonjax.scene import Scene
-from newtonjax.trace import gather, trace
+from newtonjax.trace import trace
 
 
 def meeting_height(scene: Scene, first: str, second: str, start: tuple[float, float] | None = None) -> float:
@@ -32,8 +32,9 @@ def meeting_height(scene: Scene, first: str, second: str, start: tuple[float, fl
         start = (1e-4 / max([1.0, *(abs(float(s.curvature)) for s in scene.surfaces)]), 0.0)
     if len(start) != 2:
         raise ValueError(f"start is {start}; allowed: two lengths in metres, (u, v)")
+    bench = pack(bare)
     with x64():
-        landing = _rays(bare, jnp.asarray(start, dtype=float))
+        landing = _rays(bench.routes, bench.setting, np.array(start, dtype=float))
     if not np.all(landing.alive):
         raise ValueError(f"the rays of {first} and {second} from {start} m do not both leave the stack; move the start")
     (p, q), (d, e) = np.asarray(landing.position), np.asarray(landing.direction)
@@ -46,7 +47,5 @@ def meeting_height(scene: Scene, first: str, second: str, start: tuple[float, fl
     return float((p + t * d)[2] + (q + s * e)[2]) / 2
 
 
-@jax.jit
-def _rays(scene: Scene, start):
-    routes, setting = gather(scene)
-    return jax.vmap(lambda route: trace(route, setting, start)[0])(routes)
+# One program for all benches; the landings of both beams.
+_rays = jax.jit(lambda routes, setting, start: jax.vmap(lambda route: trace(route, setting, start)[0])(routes))

@@ -81,14 +81,13 @@ def test_fewer_pixels_than_nodes_are_traced():
 
 
 def test_what_a_scene_does_without_costs_nothing():
-    """The compiler's own count of operations, at the nodes: each part that is left out takes operations away."""
+    """The compiler's own count of operations, at the nodes: a beam or a shield left out takes operations away."""
 
     def count(scene):
         lowered = jax.jit(lambda s, c: nj.Chebyshev(9).image(s, c)).lower(scene, CAMERA)
         return lowered.compile().cost_analysis()["flops"]
 
     bare = nj.newton_rings(polarization=0.0)
-    assert count(bare) < count(nj.newton_rings())  # one component instead of two
     assert count(bare) < count(replace(bare, beams=(*bare.beams, "T0 T1 R2 R1 R2 R1 T2 T3")))
     assert count(bare) < count(nj.newton_rings(polarization=0.0, shield=2e-3))
     focused = nj.newton_rings(view="reflected", screen="gap")
