@@ -45,7 +45,7 @@ class Setting(NamedTuple):
     launch: Frame
     screen: Frame
     magnification: Float[Array, ""]
-    field: Complex[Array, "3 2"]
+    field: Complex[Array, "3 vectors"]
     exit_index: Float[Array, ""]
     hole: tuple[Array, Array, Array]
 
@@ -184,7 +184,7 @@ def trace(route: Route, setting: Setting, start: Float[Array, "2"]) -> tuple[Lan
     return landing, legs
 
 
-def carry_field(route: Route, setting: Setting, legs: Leg) -> Complex[Array, "3 2"]:
+def carry_field(route: Route, setting: Setting, legs: Leg) -> Complex[Array, "3 vectors"]:
     """The field vectors at the end of the legs, in units in which their square is the tube's flux."""
 
     def step(field, stop_and_leg):

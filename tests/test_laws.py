@@ -161,7 +161,8 @@ def two_faces(view, beams, angle, polarization, coherent):
     )
     found = _arrivals(scene)
     turns = np.asarray(found.path) / 500e-9
-    field = np.asarray(found.field) * np.exp(2j * np.pi * turns)[:, None, None]
+    lit = np.asarray(found.field)[..., 0]  # of polarized light the second component has no share
+    field = lit * np.exp(2j * np.pi * turns)[:, None]
     summed = np.abs(field.sum(axis=0)) ** 2 if coherent else np.abs(field) ** 2
     return summed.sum() / np.cos(angle)  # irradiance is per area of the screen
 
