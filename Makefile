@@ -15,7 +15,7 @@ demo: $(READY)
 	$(BIN)/newtonjax demo --output-dir newtonjax-demo --force
 
 test: lint
-	JAX_COMPILATION_CACHE_DIR=$(CACHE) $(BIN)/python -m pytest -n $(WORKERS)
+	JAX_COMPILATION_CACHE_DIR=$(CACHE) $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 # The quick form of every experiment, in one process.
 claims: $(READY)

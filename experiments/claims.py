@@ -6,6 +6,7 @@ A line a claim: its verdict, seconds and memory, and what it printed where it fa
 next, and is dropped where the process has grown beyond `LARGEST`.
 """
 
+import gc
 import io
 import os
 import runpy
@@ -49,6 +50,7 @@ def run(name: str) -> str:
 def main(names: list[str]) -> int:
     """Run the claims by name, all of them if none is named: how many failed."""
     os.environ["MPLBACKEND"] = "Agg"
+    gc.set_threshold(50_000, 20, 100)  # as the tests do, and why
     names, failures = names or quick_forms(), 0
     for name in names:
         began, worked = perf_counter(), process_time()
