@@ -23,6 +23,7 @@ _OVER = 5
 def run(path: Path, pixels: tuple, ranges: dict, limits: dict, search: dict, folder: Path | None, force: bool) -> int:
     """Search, print the design, write the files; the exit status."""
     session.prepare()
+    session.keep_rays()
     scene, camera, said = session.scene_and_camera(path, *pixels)
     files = output.files_of(folder, _FILES, force, (path,))
     units = {name: knob.unit for name, knob in with_field(camera, knobs(scene, camera)).items()}

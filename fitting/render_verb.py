@@ -68,6 +68,7 @@ def run(request: Request) -> int:
         raise ValueError(f"--output {request.output}: give a name that ends in .png, or in .tif for a large image")
     output.check_free([request.output], request.force, keep=(Path(request.scene),))
     session.prepare()
+    session.keep_rays()
     scene, camera, from_file = _scene_and_camera(request)
     with progress("rendering"):
         chosen = _choose(scene, camera, request.how)

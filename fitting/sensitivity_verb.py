@@ -34,6 +34,7 @@ def run(
 ) -> int:
     """Compute, print the tables, write the files; the exit status."""
     session.prepare()
+    session.keep_rays()
     scene, camera, said = session.scene_and_camera(path, *pixels)
     files = output.files_of(folder, (*_FILES, *(_OF_DRAWS if known else ())), force, (path,))
     there = knobs(scene, camera)

@@ -30,6 +30,21 @@ def prepare() -> None:
         jax.config.update("jax_compilation_cache_dir", str(folder))
 
 
+def keep_rays() -> None:
+    """Have the program for the rays of every bench loaded from the compilation cache's folder, or left there.
+
+    JAX's own cache would leave a second or two of tracing to every run.
+    """
+    import jax
+
+    from fitting.saved_programs import SavedProgram
+    from newtonjax import packed
+
+    folder = jax.config.values["jax_compilation_cache_dir"]
+    if folder and not isinstance(packed.rays, SavedProgram):
+        packed.rays = SavedProgram(packed.rays, Path(folder) / "programs")
+
+
 def scene_and_camera(
     path: Path, shape: tuple[int, int] | None = None, pixel_size: float | None = None
 ) -> "tuple[nj.Scene, nj.Camera, str]":

@@ -20,6 +20,7 @@ def run(
 ) -> int:
     """Measure, print the table, write the files; the exit status."""
     session.prepare()
+    session.keep_rays()
     scene, camera, said = session.scene_and_camera(path, shape, pixel_size)
     files = output.files_of(folder, _FILES, force, (path,))
     with steps("timing every method") as report:

@@ -4,6 +4,7 @@ What differs between benches is data here: words of beams are tables padded with
 hole, every light has two components of polarization. So programs differ only by the padded number of interactions.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
@@ -65,8 +66,9 @@ def _padded(count: int) -> np.ndarray:
     return np.minimum(np.arange(-(-count // BEAMS) * BEAMS), count - 1)
 
 
-# Routes [2, interactions], points [289, 2] in metres; the arrival's numbers are [2, 289].
-rays = jax.jit(arrive_all)
+# Routes [2, interactions], points [289, 2] in metres; the arrival's numbers are [2, 289]. The shell puts a form of it
+# here that is kept between runs.
+rays: Callable[..., Arrival] = jax.jit(arrive_all)
 
 
 def arrivals(packed: Packed, points: Float[np.ndarray, "n 2"]) -> Arrival:
