@@ -8,6 +8,7 @@ from pathlib import Path
 import jax
 import numpy as np
 
+from fitting.evidence import evidence_of
 from fitting.illumination import Fitted, numbers_of, robust_fit
 from fitting.matched import Rings
 from fitting.models import NUMBERS, GapModel, curved_surface, frame_of
@@ -109,6 +110,9 @@ def fit(
     with x64(), _controller().limit(limits=1, user_api="blas"):
         rings = _start(photograph, known, start)
         if reason := too_steep(photograph, rings, known):
+            return refused(reason, photograph, began)
+        # A bench may well make fringes of many beams, or slanted ones; and a person who gives a start has seen them.
+        if scene is None and not start and (reason := evidence_of(photograph, rings).reason):
             return refused(reason, photograph, began)
         held, pinned = fixed if scene is None else {}, 0.5 if view == "reflected" else 0.0
         choice = _of_gap(photograph, rings, known, view, held, wishes, pinned, scene)

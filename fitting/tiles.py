@@ -47,7 +47,7 @@ def from_tiles(tile_of: Callable[[int, int, int], np.ndarray], shape: tuple[int,
 
 def _waves(tile_of, shape: tuple[int, int], size: int) -> tuple[np.ndarray, np.ndarray]:
     """Middles (x, y) [px] of the tiles that hold something, and the strongest wave vector of each [cycles per px]."""
-    down, across = (np.unique(np.linspace(0, n - size, _ACROSS).round().astype(int)) for n in shape)
+    down, across = (np.unique(np.linspace(0, n - size, _ACROSS).round().astype(int)).tolist() for n in shape)
     corners = [(x, y) for y in down for x in across]
     tiles = np.stack([tile_of(y, x, size) for x, y in corners]).astype(np.float32)
     window = np.hanning(size + 2)[1:-1].astype(np.float32)

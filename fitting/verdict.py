@@ -3,10 +3,11 @@
 import numpy as np
 
 from fitting.illumination import FEW, Fitted, fringes_seen, numbers_of
+from fitting.matched import Rings
 from fitting.photo import Photograph
 from fitting.quantity import Quantities, lensless
 from fitting.smoothing import correlation, noise_variance, pixels_of
-from fitting.start import Rings, plane_wave
+from fitting.view import plane_wave, view_of
 
 # Fringes that explain less than this are looked at twice; less than that are none.
 _POOR, _NONE = 0.3, 0.12
@@ -31,7 +32,7 @@ def why_refused(found: Fitted, photograph: Photograph, rings: Rings) -> str:
     explained = found.explained
     if not (np.isfinite(explained) and np.isfinite(scale)):
         return "the fit has no finite optimum: no rings were recognized"
-    straight = plane_wave(photograph) if explained < _POOR else 0.0
+    straight = plane_wave(view_of(photograph)) if explained < _POOR else 0.0
     if straight > 0.3:
         return f"the fringes are straight (they explain {straight:.0%} of the power); a radius needs rings or arcs"
     if explained < _NONE:
