@@ -152,16 +152,12 @@ class Chebyshev(AbstractMethod):
         return made(self.coefficients(fields), camera.shape), fields.arrives.all()
 
     def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
-        return self.opd_and_reach(scene, camera)[0]
+        values, _ = self.paths(scene, camera)
+        return chebyshev.expand(chebyshev.coefficients(values[None]), camera.shape)[0]
 
-    def opd_and_reach(self, scene: Scene, camera: Camera) -> tuple[Float[Array, "rows columns"], Bool[Array, ""]]:
-        """The path difference, and whether every beam reaches every node."""
+    def paths(self, scene: Scene, camera: Camera) -> tuple[Float[Any, " n"], Bool[Any, " n"]]:
+        """Path differences of the two beams at the nodes [m], and where both arrive; NumPy for known numbers."""
         _check_two_beams(scene)
-        values, arrives = self._paths(scene, camera)
-        return chebyshev.expand(chebyshev.coefficients(values[None]), camera.shape)[0], arrives.all()
-
-    def _paths(self, scene: Scene, camera: Camera):
-        """Path differences at the nodes, and where both beams arrive."""
         if is_concrete(scene, camera):
             bench = packed.pack(scene)
             return path_difference(packed.arrivals(bench, chebyshev.node_points(camera, self.nodes)), bench.pairs)

@@ -1,20 +1,25 @@
 """The public verbs: render an image, or its optical path difference."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
+from newtonjax import chebyshev
 from newtonjax.camera import Camera
 from newtonjax.checks import require_bench, require_method, unreached
 from newtonjax.methods import AbstractMethod, Chebyshev, ClosedForm
-from newtonjax.planning import plan
+from newtonjax.planning import planned
 from newtonjax.precision import afresh, require_x64, x64
 from newtonjax.quantities import is_concrete
 from newtonjax.scene import Scene
-from newtonjax.splatting import Splat
+from newtonjax.strips import synthesize_single
+from newtonjax.synthesis import synthesize
 
 
 def render(
@@ -29,7 +34,7 @@ def render(
     Raises ValueError where the method cannot honour a part of the scene, RuntimeError where a transformation would
     trace rays in float32.
     """
-    return _run(_image, scene, camera, method, tolerance)
+    return _run(_IMAGE, scene, camera, method, tolerance)
 
 
 def opd(
@@ -42,35 +47,52 @@ def opd(
     """
     if len(scene.beams) != 2:
         raise ValueError(f"a path difference is between two beams; this scene has {len(scene.beams)}")
-    return _run(_opd, scene, camera, method, tolerance)
+    return _run(_OPD, scene, camera, method, tolerance)
 
 
-def _run(kernel, scene, camera, method, tolerance):
+class _Verb(NamedTuple):
+    """What a verb computes: at every pixel by a method, and the coefficients of its fields at nodes."""
+
+    at_pixels: Any  # compiled; `__wrapped__` is what it was made of
+    at_nodes: Callable[[Scene, Camera, Chebyshev], tuple[Float[np.ndarray, "fields nodes nodes"], Any]]
+
+
+def _run(verb: _Verb, scene, camera, method, tolerance):
     require_bench(scene, camera)
     require_method(method)
     scene, camera = afresh(scene, camera)
     if not is_concrete(scene, camera):
         method = Chebyshev() if method is None else method
         method.check(scene)
+        compute = verb.at_pixels
         if not isinstance(method, ClosedForm):
             require_x64(type(method).__name__)
         elif not jax.config.read("jax_enable_x64"):
             # As it stands: compiled apart, it would be given its numbers in float32, the concrete ones too.
-            kernel = kernel.__wrapped__
-        return kernel(scene, camera, method)[0]
+            compute = compute.__wrapped__
+        return compute(scene, camera, method)
+    coefficients = None
     if method is None:
-        chosen = plan(scene, camera, tolerance)
+        chosen, coefficients = planned(scene, camera, tolerance)
         scene, method = chosen.scene, chosen.method
     else:
         method.check(scene)
     method = pixels_as_set(method)
-    with x64():
-        # Splatting refines its source by what it sees, and so cannot be compiled as a whole.
-        image, reached = (kernel.__wrapped__ if isinstance(method, Splat) else kernel)(scene, camera, method)
-    if not reached:
-        raise unreached(method)
+    if isinstance(method, Chebyshev):
+        if coefficients is None or verb is not _IMAGE:
+            coefficients, reached = verb.at_nodes(scene, camera, method)
+            if not reached:
+                raise unreached(method)
+        dtype = method.dtype if verb is _IMAGE else "float64"
+        with x64():
+            pixels = _pixels(coefficients, camera.shape, dtype)
+    else:
+        # Only the closed form is a program: rays are traced by that of all benches, whose calls no program holds.
+        compute = verb.at_pixels if isinstance(method, ClosedForm) else verb.at_pixels.__wrapped__
+        with x64():
+            pixels = compute(scene, camera, method)
     # An array of a type that the user's setting does not have would warn at every further step.
-    return image if jax.config.read("jax_enable_x64") or image.dtype == jnp.float32 else _as_float32(image)
+    return pixels if jax.config.read("jax_enable_x64") or pixels.dtype == jnp.float32 else _as_float32(pixels)
 
 
 def pixels_as_set(method: AbstractMethod) -> AbstractMethod:
@@ -87,13 +109,30 @@ def _as_float32(image):
 
 @partial(jax.jit, static_argnames="method")
 def _image(scene, camera, method):
-    if isinstance(method, Chebyshev):
-        return method.image_and_reach(scene, camera)
-    return method.image(scene, camera), True
+    return method.image(scene, camera)
 
 
 @partial(jax.jit, static_argnames="method")
 def _opd(scene, camera, method):
-    if isinstance(method, Chebyshev):
-        return method.opd_and_reach(scene, camera)
-    return method.opd(scene, camera), True
+    return method.opd(scene, camera)
+
+
+def at_nodes(scene: Scene, camera: Camera, method: Chebyshev) -> tuple[Float[np.ndarray, "fields nodes nodes"], Any]:
+    """The coefficients of the image's fields, and whether every beam reaches every node; for known numbers."""
+    fields = method.fields(scene, camera)
+    return method.coefficients(fields), fields.arrives.all()
+
+
+def _opd_at_nodes(scene, camera, method):
+    paths, arrives = method.paths(scene, camera)
+    return chebyshev.coefficients(paths[None]), arrives.all()
+
+
+@partial(jax.jit, static_argnames=("shape", "dtype"))
+def _pixels(coefficients, shape, dtype):
+    if len(coefficients) == 1:
+        return chebyshev.expand(coefficients, shape)[0]
+    return (synthesize_single if dtype == "float32" else synthesize)(coefficients, shape)
+
+
+_IMAGE, _OPD = _Verb(_image, at_nodes), _Verb(_opd, _opd_at_nodes)
