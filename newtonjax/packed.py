@@ -1,7 +1,8 @@
 """One compiled program for the rays of every bench: a scene packed into arrays of fixed sizes, worked through in parts.
 
 What differs between benches is data here: words of beams are tables padded with rests, an absent shield is an infinite
-hole, every light has two components of polarization. So programs differ only by the padded number of interactions.
+hole, every light has two components of polarization. However many benches and cameras are planned, explained or traced,
+there is one program for up to 8 interactions of a beam, one for 9 to 16, one for 17 to 32, and so on.
 """
 
 from collections.abc import Callable

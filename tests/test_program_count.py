@@ -1,0 +1,55 @@
+"""How many programs benches of all kinds need: their number does not grow with the number of benches."""
+
+import dataclasses
+
+import numpy as np
+from compilations import compilations
+
+import newtonjax as nj
+
+SHAPES = ((24, 40), (31, 31), (50, 20))
+# Beams by name, as many as fill one or two calls of the program of rays, with up to 8 interactions.
+BEAMS = {"reflected": ["R1", "R2", "R0", "R3"], "transmitted": ["direct", "R2-R1", "R1-R0", "R3-R2"]}
+STATES = ({}, {"polarization": 0.3}, {"polarization": 1.0, "ellipticity": 0.2, "degree": 0.5})
+
+
+def random_bench(rng):
+    """A bench of any kind: rings or a wedge, tilts, state of the light, one to four beams, lens and shield."""
+    view = str(rng.choice(list(BEAMS)))
+    number = int(rng.integers(1, 5))
+    tilts = {name: tuple(rng.normal(0, 1e-3, 2)) for name in ("plate_tilt", "light_tilt") if rng.random() < 0.5}
+    common = {"view": view, "gap": rng.uniform(0, 2e-6), "index": rng.uniform(1.4, 1.8), "beams": BEAMS[view][:number]}
+    if rng.random() < 0.3:
+        scene = nj.air_wedge(rng.uniform(1e-4, 1e-3), **common, light_tilt=tilts.get("light_tilt", (0.0, 0.0)))
+    else:
+        beside = {"collecting_lens": 0.05, "screen": 0.5} if rng.random() < 0.3 else {"screen": rng.uniform(0, 1e-2)}
+        shield = 1e-2 if rng.random() < 0.3 else None
+        scene = nj.newton_rings(rng.uniform(0.2, 2), **common, **tilts, **beside, shield=shield)
+    light = dataclasses.replace(scene.light, **STATES[rng.integers(3)])
+    return dataclasses.replace(scene, light=light)
+
+
+def test_a_hundred_benches_are_planned_and_traced_by_one_program():
+    """Whatever camera they have; shapes are new ones each time."""
+    rng = np.random.default_rng(5)
+    nj.plan(random_bench(rng), nj.Camera((9, 9), 1e-5))
+    with compilations() as compiled:
+        for number in range(100):
+            camera = nj.Camera((300 + number, 500 - number), 10 ** rng.uniform(-6, -5))
+            nj.plan(random_bench(rng), camera, 10 ** rng.uniform(-6, -2))
+    assert compiled.count == 0
+
+
+def test_a_hundred_images_take_a_few_programs_a_shape():
+    """Nodes: by one or more pairs of beams, and classes of nodes. A new bench of the shape then takes none."""
+    rng = np.random.default_rng(6)
+    benches = [(random_bench(rng), nj.Camera(SHAPES[number % 3], 1e-5)) for number in range(100)]
+    methods = (nj.Chebyshev(5), nj.Chebyshev(17))
+    with compilations() as compiled:
+        for number, (scene, camera) in enumerate(benches):
+            nj.render(scene, camera, methods[number // 3 % 2])
+    assert compiled.count <= 1 + 3 * 2 * 4
+    with compilations() as compiled:
+        for number, (scene, camera) in enumerate(benches):
+            nj.render(scene, camera, methods[number // 3 % 2])
+    assert compiled.count == 0
