@@ -18,12 +18,13 @@ from fitting.electrons import Moves, photoelectrons, weights
 from fitting.fisher import FREE, fine_nodes
 from fitting.knobs import chosen, knobs
 from newtonjax.camera import Camera
+from newtonjax.fringes import split
 from newtonjax.methods import Chebyshev
 from newtonjax.normal import from_coefficients
 from newtonjax.precision import require_x64, x64
 from newtonjax.quantities import Scalar, is_concrete
 from newtonjax.scene import Scene
-from newtonjax.synthesis import split, synthesize
+from newtonjax.synthesis import synthesize
 
 # Stages by which what is assumed moves from the scene's numbers to those given: one for every half turn of the fringes,
 # and at most these. Steps of Gauss and Newton in each.

@@ -15,9 +15,9 @@ from numpy.polynomial.chebyshev import chebder, chebvander
 
 from fitting.electrons import Moves, photoelectrons, variance
 from newtonjax.camera import Camera, middle
+from newtonjax.fringes import combine, slopes, split
 from newtonjax.methods import Chebyshev
 from newtonjax.scene import Scene
-from newtonjax.synthesis import combine, slopes, split
 
 FIELD = "field"
 LIMITS = ("sensor", "sampling", "full_well", "rings_least", "rings_most")

@@ -9,7 +9,22 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Key, UInt8, UInt16
 
-from newtonjax.quantities import Scalar, Vector2, as_scalar, as_vector, finite, module_of, namespace, positive, require
+from newtonjax.memory import image_memory
+from newtonjax.quantities import (
+    Scalar,
+    Vector2,
+    as_scalar,
+    as_vector,
+    finite,
+    is_concrete,
+    module_of,
+    namespace,
+    positive,
+    require,
+)
+
+# Bytes a pixel while noise is drawn, measured.
+_EXPOSING = 110
 
 
 def _whole(shape) -> tuple[int, int]:
@@ -63,10 +78,13 @@ class Camera(eqx.Module):
     ) -> UInt8[Array, "rows columns"] | UInt16[Array, "rows columns"]:
         """A photograph of an image: shot noise (Poisson), read noise (normal), saturation, and linear codes.
 
-        Returns uint8 for 8 bits, else uint16; code = round(electrons / full_well (2^bits - 1)), clipped.
+        Returns uint8 for 8 bits, else uint16; code = round(electrons / full_well (2^bits - 1)), clipped. Raises
+        ValueError for an image of another shape, and where the noise takes more memory than there is.
         """
         if np.shape(image) != self.shape:
             raise ValueError(f"the image has shape {np.shape(image)}; allowed: the camera's, {self.shape}")
+        if is_concrete(image, key):
+            image_memory(self.shape, _EXPOSING)
         shot, read = jax.random.split(key)
         mean = jnp.clip(jnp.asarray(image) * self.exposure, 0.0)
         arrived = jax.random.poisson(shot, mean).astype(mean.dtype)

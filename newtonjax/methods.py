@@ -19,9 +19,8 @@ from newtonjax.quantities import is_concrete
 from newtonjax.scene import Scene
 from newtonjax.single import closed_turns
 from newtonjax.smooth import ErrorEstimate, error_from_nodes, smooth
-from newtonjax.strips import synthesize_single
 from newtonjax.surfaces import sag, shallow_sag
-from newtonjax.synthesis import synthesize
+from newtonjax.synthesis import synthesize, synthesize_single
 from newtonjax.turns import cos_turns
 
 

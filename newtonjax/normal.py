@@ -11,11 +11,17 @@ from jaxtyping import Array, Float
 from newtonjax import chebyshev
 from newtonjax.camera import Camera
 from newtonjax.checks import require_bench, require_method, unreached
+from newtonjax.memory import image_memory
 from newtonjax.methods import Chebyshev
+from newtonjax.pixels import WIDE
 from newtonjax.precision import require_x64, x64
 from newtonjax.quantities import is_concrete
 from newtonjax.scene import Scene
-from newtonjax.synthesis import combine, slopes
+from newtonjax.sums import pairs_of, product_sums
+from newtonjax.synthesis import synthesize
+
+# Bytes a pixel, measured: data, weights, and the image that these may be made from.
+_BYTES = 32
 
 
 class NormalEquations(NamedTuple):
@@ -48,8 +54,9 @@ def normal_equations(
       weights: per pixel, or a function of the image that gives them, such as one over its variance; None for 1.
       method: the nodes; `Chebyshev()` unless given.
 
-    Raises ValueError for parameters that are no vector, tables of another shape, and beams that miss a node (not within
-    a transformation, where numbers are not known); RuntimeError within a transformation in float32.
+    Raises ValueError for parameters that are no vector, tables of another shape, and (not within a transformation,
+    where numbers are not known) beams that miss a node and images larger than memory; RuntimeError within a
+    transformation in float32.
 
     """
     require_method(method, Chebyshev)
@@ -62,6 +69,7 @@ def normal_equations(
     with x64():
         values = jnp.asarray(parameters, dtype=float)
         scene, seen_by = _pair(bench, values, camera)
+        image_memory(seen_by.shape, _BYTES)
         if not method.fields(scene, seen_by).arrives.all():
             raise unreached(method)
         return _equations(bench, values, camera, data, weights, method)
@@ -98,36 +106,30 @@ def from_coefficients(
     """`normal_equations` of an image that is given by its Chebyshev coefficients (background, moduli, phases)."""
     at = of_nodes(parameters)
     changes = jnp.moveaxis(jax.jacfwd(of_nodes)(parameters), -1, 0)
-    fields = chebyshev.expand(at, shape)
-    factors = [jnp.ones(shape), *slopes(fields)]
-    image = combine(fields)
-    given = weights(image) if callable(weights) else weights
-    weight: Array = jnp.ones(shape) if given is None else jnp.asarray(given)
-    if data is None:
-        gradient, misfit = jnp.zeros(len(changes)), jnp.zeros(())
-    else:
-        left = image - jnp.asarray(data)
-        sums = jnp.stack([_moments(weight * left * factor, at.shape[-1]) for factor in factors])
-        gradient, misfit = jnp.einsum("fkl,pfkl->p", sums, changes), 0.5 * jnp.vdot(weight * left, left)
-    return NormalEquations(misfit, gradient, _matrix(weight, factors, changes))
+    if callable(weights):
+        weights = weights(synthesize(at, shape))
+    tables = [None if table is None else jnp.asarray(table, at.dtype) for table in (data, weights)]
+    program = _alone if is_concrete(at, *tables) else product_sums
+    sums = program(at, shape, *tables)
+    gradient = jnp.einsum("fkl,pfkl->p", sums.slopes, changes, precision="highest")
+    return NormalEquations(0.5 * sums.misfit, gradient, _matrix(sums.pairs, changes))
 
 
-def _moments(table: Float[Array, "rows columns"], count: int) -> Float[Array, "count count"]:
-    """Σ over pixels of the table times T_k(y) T_l(x)."""
-    along_y, along_x = (jnp.asarray(chebyshev.basis(n, count), table.dtype) for n in table.shape)
-    return along_y @ (table @ along_x.T)
+_alone = jax.jit(product_sums, static_argnums=1, compiler_options=WIDE)
 
 
-def _matrix(weight, factors, changes) -> Float[Array, "parameters parameters"]:
-    count = changes.shape[-1]
-    fine = 2 * count - 1
-    onto = jnp.asarray(chebyshev.values(count, fine))  # from coefficients to the fine nodes, where products are exact
+@jax.jit
+def _matrix(
+    moments: Float[Array, "pairs fine fine"], changes: Float[Array, "parameters fields count count"]
+) -> Float[Array, "parameters parameters"]:
+    """Σ over pairs of fields of the changes' products, summed by quadrature on nodes where they are exact."""
+    fine = moments.shape[-1]
+    onto = jnp.asarray(chebyshev.values(changes.shape[-1], fine), changes.dtype)
     at_fine = jnp.einsum("ik,pfkl,jl->fpij", onto, changes, onto, precision="highest")
-    back = jnp.asarray(chebyshev.analysis(fine))
+    back = jnp.asarray(chebyshev.analysis(fine), changes.dtype)
     total = jnp.zeros((len(changes), len(changes)), changes.dtype)
-    for a, one in enumerate(factors):
-        for b, other in enumerate(factors[: a + 1]):
-            quadrature = back.T @ _moments(weight * one * other, fine) @ back
-            part = jnp.einsum("pij,ij,qij->pq", at_fine[a], quadrature, at_fine[b], precision="highest")
-            total = total + (part if a == b else part + part.T)
+    for (a, b), moment in zip(pairs_of(changes.shape[1]), moments, strict=True):
+        quadrature = jnp.einsum("ki,kl,lj->ij", back, moment, back, precision="highest")
+        part = jnp.einsum("pij,ij,qij->pq", at_fine[a], quadrature, at_fine[b], precision="highest")
+        total = total + (part if a == b else part + part.T)
     return total

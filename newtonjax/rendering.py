@@ -13,13 +13,16 @@ from jaxtyping import Array, Float
 from newtonjax import chebyshev
 from newtonjax.camera import Camera
 from newtonjax.checks import require_bench, require_method, unreached
-from newtonjax.methods import AbstractMethod, Chebyshev, ClosedForm
+from newtonjax.memory import image_memory
+from newtonjax.methods import AbstractMethod, Chebyshev, ClosedForm, Traced
+from newtonjax.pixels import image
 from newtonjax.planning import planned
 from newtonjax.precision import afresh, require_x64, x64
 from newtonjax.quantities import is_concrete
 from newtonjax.scene import Scene
-from newtonjax.strips import synthesize_single
-from newtonjax.synthesis import synthesize
+
+# Bytes a pixel while an image is computed, measured; on nodes there is the image alone.
+_BYTES = {ClosedForm: 30, Traced: 32}
 
 
 def render(
@@ -31,8 +34,8 @@ def render(
     transformation (jit, grad, vmap) the numbers are not known: there the given method is used, or `Chebyshev()`.
     Called eagerly it computes in float64 whatever JAX's setting, and returns float32 where x64 is off.
 
-    Raises ValueError where the method cannot honour a part of the scene, RuntimeError where a transformation would
-    trace rays in float32.
+    Raises ValueError where the method cannot honour a part of the scene and where the image is larger than memory,
+    RuntimeError where a transformation would trace rays in float32.
     """
     return _run(_IMAGE, scene, camera, method, tolerance)
 
@@ -71,10 +74,13 @@ def _run(verb: _Verb, scene, camera, method, tolerance):
             # As it stands: compiled apart, it would be given its numbers in float32, the concrete ones too.
             compute = compute.__wrapped__
         return compute(scene, camera, method)
+    single = not jax.config.read("jax_enable_x64")
+    image_memory(camera.shape, _BYTES.get(type(method), 4 if single else 8))
     coefficients = None
     if method is None:
         chosen, coefficients = planned(scene, camera, tolerance)
         scene, method = chosen.scene, chosen.method
+        image_memory(camera.shape, _BYTES.get(type(method), 4 if single else 8))
     else:
         method.check(scene)
     method = pixels_as_set(method)
@@ -83,16 +89,14 @@ def _run(verb: _Verb, scene, camera, method, tolerance):
             coefficients, reached = verb.at_nodes(scene, camera, method)
             if not reached:
                 raise unreached(method)
-        dtype = method.dtype if verb is _IMAGE else "float64"
-        with x64():
-            pixels = _pixels(coefficients, camera.shape, dtype)
-    else:
-        # Only the closed form is a program: rays are traced by that of all benches, whose calls no program holds.
-        compute = verb.at_pixels if isinstance(method, ClosedForm) else verb.at_pixels.__wrapped__
-        with x64():
-            pixels = compute(scene, camera, method)
-    # An array of a type that the user's setting does not have would warn at every further step.
-    return pixels if jax.config.read("jax_enable_x64") or pixels.dtype == jnp.float32 else _as_float32(pixels)
+        # An array of a type that the user's setting does not have would warn at every further step.
+        dtype = (method.dtype if verb is _IMAGE else None) or "float64"
+        return image(coefficients, camera.shape, dtype, "float32" if single else dtype)
+    # Only the closed form is a program: rays are traced by that of all benches, whose calls no program holds.
+    compute = verb.at_pixels if isinstance(method, ClosedForm) else verb.at_pixels.__wrapped__
+    with x64():
+        pixels = compute(scene, camera, method)
+    return _as_float32(pixels) if single and pixels.dtype != jnp.float32 else pixels
 
 
 def pixels_as_set(method: AbstractMethod) -> AbstractMethod:
@@ -126,13 +130,6 @@ def at_nodes(scene: Scene, camera: Camera, method: Chebyshev) -> tuple[Float[np.
 def _opd_at_nodes(scene, camera, method):
     paths, arrives = method.paths(scene, camera)
     return chebyshev.coefficients(paths[None]), arrives.all()
-
-
-@partial(jax.jit, static_argnames=("shape", "dtype"))
-def _pixels(coefficients, shape, dtype):
-    if len(coefficients) == 1:
-        return chebyshev.expand(coefficients, shape)[0]
-    return (synthesize_single if dtype == "float32" else synthesize)(coefficients, shape)
 
 
 _IMAGE, _OPD = _Verb(_image, at_nodes), _Verb(_opd, _opd_at_nodes)

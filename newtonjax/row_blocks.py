@@ -2,26 +2,25 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import partial
 
-import jax
 import numpy as np
 from jaxtyping import Float
 
-from newtonjax import chebyshev
 from newtonjax.camera import Camera, middle
 from newtonjax.checks import require_bench, require_method, require_whole, unreached
+from newtonjax.memory import require_memory
 from newtonjax.methods import AbstractMethod, Chebyshev, Traced
+from newtonjax.pixels import parts
 from newtonjax.planning import plan
 from newtonjax.precision import afresh, require_concrete, x64
-from newtonjax.rendering import pixels_as_set, render
+from newtonjax.rendering import at_nodes, pixels_as_set, render
 from newtonjax.scene import Scene
 from newtonjax.splatting import Splat
-from newtonjax.strips import strips, synthesize_strips
-from newtonjax.synthesis import synthesize_on
 
 # Pixels of a block where no number of rows is asked for: 32 MiB in float64.
 _PIXELS = 2**22
+# Of memory a pixel of a block while it is computed and handed over.
+_BYTES = 32
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,7 @@ class Blocks:
 
     def __iter__(self) -> Iterator[tuple[int, Float[np.ndarray, "rows columns"]]]:
         total = self.camera.shape[0]
-        starts = [(first, min(self.rows, total - first)) for first in range(0, total, self.rows)]
+        starts = ((first, min(self.rows, total - first)) for first in range(0, total, self.rows))
         if isinstance(self.method, Chebyshev):
             return self._from_nodes(self.method, starts)
         windows = ((first, self._window(first, rows)) for first, rows in starts)
@@ -51,19 +50,12 @@ class Blocks:
 
     def _from_nodes(self, method: Chebyshev, starts) -> Iterator[tuple[int, Float[np.ndarray, "rows columns"]]]:
         with x64():
-            coefficients, reached = _coefficients(self.scene, self.camera, method)
+            coefficients, reached = at_nodes(self.scene, self.camera, method)
         if not reached:
             raise unreached(method)
-        total, columns = self.camera.shape
-        along_x = chebyshev.basis(columns, method.nodes)
-        for first, rows in starts:
-            with x64():
-                if method.dtype == "float32":
-                    matrix, u = strips(rows, method.nodes, first, total)
-                    made = _single(coefficients, matrix, u, along_x)[:rows]
-                else:
-                    made = _double(coefficients, chebyshev.basis(total, method.nodes, first, rows), along_x)
-            yield first, np.asarray(made)
+        made = parts(np.asarray(coefficients), self.camera.shape, self.rows, method.dtype or "float64")
+        for (first, rows), (_, part) in zip(starts, made, strict=True):
+            yield first, np.asarray(part)[-rows:]
 
 
 def blocks(
@@ -81,8 +73,8 @@ def blocks(
         for first, part in nj.blocks(scene, camera):
             file[first : first + len(part)] = part
 
-    Raises ValueError as `render` does, for fewer than one row, for `Splat`, whose pairs lie all over the image, and for
-    traced values.
+    Raises ValueError as `render` does, for fewer than one row, for `Splat`, whose pairs lie all over the image, for a
+    block that memory does not hold, and for traced values.
     """
     require_bench(scene, camera)
     require_method(method)
@@ -96,16 +88,15 @@ def blocks(
         scene, method = chosen.scene, chosen.method
     method.check(scene)
     rows = max(_PIXELS // camera.shape[1], 1) if rows is None else rows
+    rows = min(rows, camera.shape[0])
+    _require_room(camera.shape, rows, method)
     if isinstance(method, Traced) and method.chunk > rows * camera.shape[1]:
         method = Traced(chunk=rows * camera.shape[1])
-    return Blocks(scene, camera, pixels_as_set(method), min(rows, camera.shape[0]))
+    return Blocks(scene, camera, pixels_as_set(method), rows)
 
 
-@partial(jax.jit, static_argnames="method")
-def _coefficients(scene: Scene, camera: Camera, method: Chebyshev):
-    fields = method.fields(scene, camera)
-    return method.coefficients(fields), fields.arrives.all()
-
-
-_single = jax.jit(synthesize_strips)
-_double = jax.jit(synthesize_on)
+def _require_room(shape: tuple[int, int], rows: int, method: AbstractMethod) -> None:
+    """Raise ValueError where memory holds no block, or not the basis functions of all rows and columns."""
+    basis = 16 * method.nodes * sum(shape) if isinstance(method, Chebyshev) else 0
+    what = f"a block of {rows} rows of an image of {shape[0]} x {shape[1]} pixels"
+    require_memory(what, basis + _BYTES * rows * shape[1], "allowed: fewer rows in a block, or a smaller shape")

@@ -15,6 +15,7 @@ from newtonjax.aim import aim, arrive
 from newtonjax.camera import Camera
 from newtonjax.fields import arrivals, pairs
 from newtonjax.meeting import Rule, Source, add_block, no_sums
+from newtonjax.memory import image_memory
 from newtonjax.methods import AbstractMethod, at_every_pixel
 from newtonjax.precision import require_concrete, require_x64, x64
 from newtonjax.scene import Scene
@@ -27,6 +28,8 @@ _FRAME, _RIM = 9, 129
 _STEPS = 8
 # Pixels at a time that are aimed at, to know which are lit.
 _LIT = 16384
+# Of memory a pixel, measured.
+_BYTES = 80
 
 
 class Pairs(NamedTuple):
@@ -129,13 +132,15 @@ class Splat(AbstractMethod):
 def splat(scene: Scene, camera: Camera, method: Splat | None = None) -> Splatted:
     """An image by the paper's algorithm, with its books. See `Splat`.
 
-    Raises ValueError where the budget of rays is reached before every lit pixel has a pair, and for traced values.
+    Raises ValueError where the budget of rays is reached before every lit pixel has a pair, for images larger than
+    memory, and for traced values.
     """
     method = Splat() if method is None else method
     if not isinstance(method, Splat):
         raise ValueError(f"method is {method!r}; allowed: Splat(...)")
     require_concrete("Splat", scene, camera)
     method.check(scene)
+    image_memory(camera.shape, _BYTES)
     bare = replace(scene, shield=None)  # where light would come from and meet, whatever a hole lets through
     with x64():
         points = _over_frame(camera, _FRAME)

@@ -11,6 +11,7 @@ from jaxtyping import Array
 
 from newtonjax.camera import Camera
 from newtonjax.checks import require_camera, require_method, require_whole, unreached
+from newtonjax.memory import require_memory
 from newtonjax.methods import AbstractMethod, Chebyshev, ClosedForm, Traced
 from newtonjax.planning import plan
 from newtonjax.precision import afresh, require_concrete, x64
@@ -20,6 +21,8 @@ from newtonjax.splatting import Splat
 
 # Pixels that are computed side by side where no batch is asked for, and scenes that are planned for.
 _PIXELS, _PLANNED = 2**22, 32
+# Of memory a pixel of each scene that is computed, measured.
+_BYTES = 36
 
 
 def sweep(
@@ -46,7 +49,8 @@ def sweep(
         these and the answer.
 
     Returns arrays whose first axis has length n. In float64, or float32 where JAX is set to it.
-    Raises ValueError for lengths that differ, for what a bench or a method refuses, naming the scene, and for `Splat`.
+    Raises ValueError for lengths that differ, for what a bench or a method refuses, naming the scene, for more
+    memory than there is, and for `Splat`.
 
     """
     require_camera(camera)
@@ -63,6 +67,11 @@ def sweep(
     count = next(iter(lengths.values()))
     if not count:
         raise ValueError("values are empty; allowed: one scene or more")
+    pixels = camera.shape[0] * camera.shape[1]
+    batch = min(max(_PIXELS // pixels, 1) if batch is None else batch, count)
+    images = f"{batch} of {count} images" if reduce else f"{count} images"
+    advice = "allowed: a smaller batch or shape" if reduce else "allowed: fewer scenes, or reduce= for a part of each"
+    require_memory(f"a sweep that holds {images}", pixels * (_BYTES * batch + (0 if reduce else 8 * count)), advice)
     rows = {name: np.broadcast_to(value, count) for name, value in table.items()}
     (camera,) = afresh(camera)
     # Every scene is made once with its numbers known: traced, a bench and a method refuse nothing.
@@ -71,11 +80,9 @@ def sweep(
     for number, scene in enumerate(scenes):
         _named(rows, number, lambda _, scene=scene: chosen.check(scene))
     method = pixels_as_set(chosen)
-    if batch is None:
-        batch = max(_PIXELS // (camera.shape[0] * camera.shape[1]), 1)
     with x64():
         given = {name: jnp.asarray(value) for name, value in rows.items()}
-        found, reached = _images(given, camera, bench, method, reduce, min(batch, count))
+        found, reached = _images(given, camera, bench, method, reduce, batch)
     if not np.all(reached):
         number = int(np.argmin(np.asarray(reached)))
         raise ValueError(f"scene {number} ({_text(_row(rows, number))}): {unreached(method)}")

@@ -9,13 +9,17 @@ from functools import partial
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.core import ShapedArray
 from jax.extend.core import Primitive
 from jax.interpreters import ad, batching, mlir
 from jaxtyping import Array, Float
 
 from newtonjax import chebyshev
-from newtonjax.turns import cos_turns, sin_turns
+from newtonjax.fence import fenced
+from newtonjax.fringes import combine, slopes, without_turns
+from newtonjax.strips import AbstractRow, Degrees, Strips, fractions, row, single_row
+from newtonjax.sums import slope_sums
 
 # Up to so many tangents times nodes they are computed side by side, which the compiler fuses; beyond one by one.
 _SIDE_BY_SIDE = 40
@@ -26,22 +30,8 @@ def synthesize(
     coefficients: Float[Array, "fields count count"], shape: tuple[int, int]
 ) -> Float[Array, "rows columns"]:
     """The image of fields (background, moduli, phases [turns]) given by their Chebyshev coefficients."""
-    count = coefficients.shape[-1]
-    return synthesize_on(coefficients, *(jnp.asarray(chebyshev.basis(n, count), coefficients.dtype) for n in shape))
-
-
-def synthesize_on(
-    coefficients: Float[Array, "fields count count"],
-    along_y: Float[Array, "count rows"],
-    along_x: Float[Array, "count columns"],
-) -> Float[Array, "rows columns"]:
-    """`synthesize` at rows and columns of pixels, by JAX's own derivatives."""
-    # A branch keeps the compiler from fusing the image into a sum over it, which would not be vectorized.
-    return jax.lax.cond(
-        jnp.isfinite(coefficients[0, 0, 0]),
-        lambda: combine(chebyshev.expand_on(coefficients, along_y, along_x)),
-        lambda: jnp.full((along_y.shape[1], along_x.shape[1]), jnp.nan, coefficients.dtype),
-    )
+    way, along_y = _over(shape, coefficients.shape[-1])
+    return image_of(way, coefficients, along_y)
 
 
 @synthesize.defjvp
@@ -50,54 +40,82 @@ def _synthesize_jvp(shape, primals, tangents):
     return synthesize(coefficients, shape), _push.bind(coefficients, change[None], shape=shape)[0]
 
 
-def combine(fields: list[Array]) -> Array:
-    """Background + Σ modulus cos 2π phase, of fields in a row."""
-    background, moduli, phases = split(fields)
-    for size, turns in zip(moduli, phases, strict=True):
-        background = background + size * cos_turns(turns)
-    return background
+def synthesize_on(
+    coefficients: Float[Array, "fields count count"],
+    along_y: Float[Array, "count rows"],
+    along_x: Float[Array, "count columns"],
+) -> Float[Array, "rows columns"]:
+    """`synthesize` at rows and columns of pixels, by JAX's own derivatives."""
+    return image_of(Degrees(along_x), coefficients, along_y)
 
 
-def split(fields):
-    """Background, moduli and phases out of fields in a row."""
-    pairs = (len(fields) - 1) // 2
-    return fields[0], fields[1 : 1 + pairs], fields[1 + pairs :]
+@partial(jax.custom_jvp, nondiff_argnums=(1,))
+def synthesize_single(
+    coefficients: Float[Array, "fields count count"], shape: tuple[int, int]
+) -> Float[Array, "rows columns"]:
+    """`synthesize` in float32; its derivatives are those of float64, rounded."""
+    way = single_row(shape[1], coefficients.shape[-1])
+    if way is None:
+        return synthesize(coefficients, shape).astype(jnp.float32)
+    along_y = chebyshev.basis(shape[0], coefficients.shape[-1])
+    return image_of(way, coefficients, along_y)
 
 
-def slopes(fields: list[Array]) -> list[Array]:
-    """By how much the image changes per unit of each field but the background, where it is 1."""
-    _, moduli, phases = split(fields)
-    by_phase = [-2 * jnp.pi * size * sin_turns(turns) for size, turns in zip(moduli, phases, strict=True)]
-    return [cos_turns(turns) for turns in phases] + by_phase
+@synthesize_single.defjvp
+def _synthesize_single_jvp(shape, primals, tangents):
+    change = jax.jvp(lambda coefficients: synthesize(coefficients, shape), primals, tangents)[1]
+    return synthesize_single(*primals, shape), change.astype(jnp.float32)
 
 
-def _pushed(coefficients, changes, *, shape):
+def _over(shape: tuple[int, int], count: int) -> tuple[AbstractRow, np.ndarray]:
+    """The way over a row, and the basis along y, of an image in float64."""
+    return row(shape[1], count), chebyshev.basis(shape[0], count)
+
+
+def image_of(way: AbstractRow, coefficients, along_y) -> Float[Array, "rows columns"]:
+    """The image at rows of pixels, by a way over each of them."""
+    terms = terms_of(way, coefficients, along_y)
+    return way.flat(fenced(coefficients, lambda terms: combine(way.fields(terms)), terms))
+
+
+def terms_of(way: AbstractRow, coefficients, along_y) -> Array:
+    """The terms of all fields, in float32 where the pixels are."""
+    terms = way.terms(without_turns(coefficients), jnp.asarray(along_y, coefficients.dtype))
+    return fractions(terms) if isinstance(way, Strips) and way.single else terms
+
+
+def _pushed(coefficients, changes, *, shape, fence=fenced):
     """Changes of the image [n, rows, columns] for changes of the coefficients [n, fields, count, count]."""
-    factors = slopes(chebyshev.expand(coefficients, shape))
+    way, along_y = _over(shape, coefficients.shape[-1])
+    along_y = jnp.asarray(along_y, coefficients.dtype)
+    factors = fence(coefficients, lambda terms: slopes(way.fields(terms)), terms_of(way, coefficients, along_y))
 
     def one(change):
-        background, *others = chebyshev.expand(change, shape)
-        return background + sum(factor * other for factor, other in zip(factors, others, strict=True))
+        def pixels(terms, factors):
+            background, *others = way.fields(terms)
+            return background + sum(factor * other for factor, other in zip(factors, others, strict=True))
+
+        return way.flat(fence(coefficients, pixels, way.terms(change, along_y), factors))
 
     few = len(changes) * coefficients.shape[-1] <= _SIDE_BY_SIDE
     return jax.vmap(one)(changes) if few else jax.lax.map(one, changes)
 
 
-def _pulled(coefficients, weights, *, shape):
+def _pulled(coefficients, weights, *, shape):  # noqa: ARG001 (the weights have it)
     """The transpose: sums of weights [n, rows, columns] times the image's slope in every coefficient."""
-    along_y, along_x = (jnp.asarray(chebyshev.basis(n, coefficients.shape[-1]), coefficients.dtype) for n in shape)
-    factors = slopes(chebyshev.expand(coefficients, shape))
+    if len(weights) == 1:
+        return slope_sums(coefficients, weights[0])[None]
+    return jax.lax.map(lambda weight: slope_sums(coefficients, weight), weights)
 
-    def one(weight):
-        sums = [weight @ along_x.T] + [(weight * factor) @ along_x.T for factor in factors]
-        return jnp.einsum("ky,fyl->fkl", along_y, jnp.stack(sums), precision="highest")
 
-    return one(weights[0])[None] if len(weights) == 1 else jax.lax.map(one, weights)
+# What the derivatives of the two are taken of, without branches, which would be differentiated as well.
+def _plainly_pushed(coefficients, changes, *, shape):
+    return _pushed(coefficients, changes, shape=shape, fence=lambda _, function, *operands: function(*operands))
 
 
 def _plainly_pulled(coefficients, weights, *, shape):
     like = jax.ShapeDtypeStruct((len(weights), *coefficients.shape), coefficients.dtype)
-    return jax.linear_transpose(lambda changes: _pushed(coefficients, changes, shape=shape), like)(weights)[0]
+    return jax.linear_transpose(lambda changes: _plainly_pushed(coefficients, changes, shape=shape), like)(weights)[0]
 
 
 def _linear_primitive(name: str, compute, result_shape, differentiable) -> Primitive:
@@ -132,7 +150,7 @@ def _linear_primitive(name: str, compute, result_shape, differentiable) -> Primi
     return primitive
 
 
-_push = _linear_primitive("fringe_push", _pushed, lambda _, changes, shape: (changes.shape[0], *shape), _pushed)
+_push = _linear_primitive("fringe_push", _pushed, lambda _, changes, shape: (changes.shape[0], *shape), _plainly_pushed)
 _pull = _linear_primitive("fringe_pull", _pulled, lambda at, sums, _: (sums.shape[0], *at.shape), _plainly_pulled)
 ad.primitive_transposes[_push] = lambda sums, at, _, *, shape: (None, _pull.bind(at, sums, shape=shape))
 ad.primitive_transposes[_pull] = lambda sums, at, _, *, shape: (None, _push.bind(at, sums, shape=shape))

@@ -7,7 +7,8 @@ import pytest
 
 import newtonjax as nj
 from newtonjax.chebyshev import expand
-from newtonjax.synthesis import split, synthesize
+from newtonjax.fringes import split
+from newtonjax.synthesis import synthesize
 from newtonjax.turns import cos_turns
 
 CAMERA = nj.Camera((37, 52), 60e-6)

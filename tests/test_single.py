@@ -9,8 +9,7 @@ import newtonjax as nj
 from newtonjax.double_float import double
 from newtonjax.precision import afresh
 from newtonjax.single import closed_turns
-from newtonjax.strips import synthesize_single
-from newtonjax.synthesis import synthesize
+from newtonjax.synthesis import synthesize, synthesize_single
 
 ALLOWED = 2e-5
 # A square field's half diagonal in radii, for about 230 turns at most.
