@@ -79,21 +79,37 @@ class RingEvidence:
         """Why no radius can be had: what was measured and what is required; empty for rings."""
         return {
             "rings": "",
-            "straight": (
-                f"the fringes are straight: over {self.orders:.0f} of them the curvature bends one by {self.bend:.2g} "
-                f"of their distance; at least {self.least_bend:.2g} is required: a radius needs rings or arcs"
-            ),
-            "no rings": (
-                f"no rings: the best ones explain {self.match:.0%} of the fringe power ({_MATCH:.0%} is enough); tiles "
-                f"of the image follow their phase to {max(self.share, 0):.0%} of the variance and agree to "
-                f"{max(self.coherence, 0):.0%} with their neighbours ({self.least_agreement:.0%} of both is required)"
-            ),
+            "straight": self._straight,
+            "no rings": self._no_rings,
             "many beams": (
                 f"these fringes are not of two beams: their second and third harmonics are {self.second:.2f} and "
                 f"{self.third:.2f} of their amplitude, whatever the camera's exponent; at most {_SECOND} and {_THIRD} "
                 "are allowed (Fabry-Perot rings are as sharp)"
             ),
         }[self.verdict]
+
+    @property
+    def _straight(self) -> str:
+        if self.bend < self.least_bend:
+            return (
+                f"the fringes are straight: over {self.orders:.0f} of them the curvature bends one by {self.bend:.2g} "
+                f"of their distance; at least {self.least_bend:.2g} is required: a radius needs rings or arcs"
+            )
+        return (
+            f"the fringes are straight: evenly spaced ones explain {self.plane:.0%} of the fringe power, rings "
+            f"{self.match:.0%}; a radius needs rings or arcs"
+        )
+
+    @property
+    def _no_rings(self) -> str:
+        explained = f"no rings: the best ones explain {self.match:.0%} of the fringe power"
+        if self.match < _NO_MATCH:
+            return f"{explained}; at least {_NO_MATCH:.0%} is required"
+        return (
+            f"{explained}, {max(self.share, 0):.0%} of the image's variance follows their phase from place to place, "
+            f"and neighbouring places agree to {max(self.coherence, 0):.0%}; "
+            f"at least {self.least_agreement:.0%} of both is required where rings explain so little"
+        )
 
 
 def evidence_of(photograph: Photograph, rings: Rings) -> RingEvidence:
@@ -176,7 +192,9 @@ class Tiles:
         raised = np.exp(brightness * _EXPONENTS.astype(np.float32))
         _, numbers = self._fitted(raised, [np.cos(k * here) for k in (1, 2, 3)])
         first, second, third = ((taken[..., None] * numbers[..., k, :]).sum(axis=(0, 1)) for k in (3, 4, 5))
-        second, third = (harmonic / np.maximum(first, 1e-300) for harmonic in (second, third))
+        if not np.all(first > 0):  # no fringes, whose harmonics could be told
+            return 0.0, 0.0
+        second, third = second / first, third / first
         least = int(np.argmin(np.abs(second)))
         return float(second[least]), float(third[least])
 

@@ -72,10 +72,14 @@ def test_each_number_speaks_for_itself(changed, verdict):
 
 
 def test_a_refusal_says_what_was_measured_and_what_is_required():
-    found = RingEvidence(**GOOD | {"match": 0.31, "share": 0.2, "plane": 0.0})
-    assert "31%" in found.reason
-    assert "20%" in found.reason
-    assert "50%" in found.reason
+    found = RingEvidence(**GOOD | {"match": 0.31, "share": 0.27, "plane": 0.0})
+    assert all(number in found.reason for number in ("31%", "27%", "90%", "50%"))
+    none = RingEvidence(**GOOD | {"match": 0.1, "plane": 0.0})
+    assert all(number in none.reason for number in ("10%", "20%"))
+    wedge = RingEvidence(**GOOD | {"match": 0.1, "plane": 0.6})
+    assert all(words in wedge.reason for words in ("straight", "60%", "10%"))
+    bent = RingEvidence(**GOOD | {"bend": 0.4, "plane": 0.0})
+    assert all(words in bent.reason for words in ("straight", "0.4", "0.75"))
 
 
 def test_fringes_of_many_beams_are_refused_before_a_fit():
