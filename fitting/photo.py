@@ -8,8 +8,9 @@ import numpy as np
 from scipy import ndimage
 
 from fitting.codes import Codes, Curve
-from fitting.image_file import load
+from fitting.image_file import SMALLER, load
 from fitting.smoothing import smooth, thin
+from newtonjax.memory import require_memory
 
 _CHANNELS = ("red", "green", "blue")
 # A code this near the top of its range no longer follows the light.
@@ -60,10 +61,13 @@ def read(
     Masked are pixels that are saturated (at the top of the type, or where codes pile up below it), outside of the lit
     field, transparent, masked in the array, far outside of all others (hot or dead), and where `mask` is False.
 
-    Raises FileNotFoundError, and ValueError for what is no image.
+    Raises FileNotFoundError, and ValueError for what is no image or needs more memory than there is.
     """
     picture = np.ma.asarray(load(source) if isinstance(source, str | Path) else source)
     raw, top, count = _checked(picture.data)
+    rows, columns = raw.shape[:2]
+    # One channel, a mask, the lit field, and what passes by while these are made.
+    require_memory(f"a photograph of {rows} x {columns} pixels", float(rows) * columns * (raw.itemsize + 5), SMALLER)
     exponent, name = _transfer(transfer, top)
     channel = max(range(count), key=lambda c: _merit(raw[:, :, c], top)) if count > 1 else 0
     # A copy of its own, for an array of the caller's may change later; in this machine's order of bytes.

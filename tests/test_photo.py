@@ -8,6 +8,7 @@ from rings_data import rings
 
 from fitting.image_file import load
 from fitting.photo import read
+from newtonjax import memory
 
 
 def codes(image, bits=8):
@@ -107,3 +108,22 @@ def test_missing_and_broken_files_say_so(tmp_path):
             read(tmp_path / name)
     with pytest.raises(FileNotFoundError, match="is no file"):
         read(tmp_path)
+
+
+def test_what_needs_more_memory_than_there_is_is_refused_with_its_size_and_a_way_out(tmp_path, monkeypatch):
+    codes = np.zeros((4000, 5000), np.uint8)
+    iio.imwrite(tmp_path / "large.png", codes)
+    iio.imwrite(tmp_path / "large.tif", codes)
+    assert read(codes).mask.shape == (4000, 5000)
+    monkeypatch.setattr(memory, "available", lambda: 30_000_000)
+    for source in (tmp_path / "large.png", tmp_path / "large.tif", codes):
+        with pytest.raises(ValueError, match=r"4000 x 5000 pixels.*needs [0-9.]+ MB .*30 MB are available; crop"):
+            read(source)
+
+
+def test_a_header_is_read_without_the_limit_of_the_decoder(tmp_path, monkeypatch):
+    """Pillow refuses more than 179 Mpx, and warns of half of that, whatever memory there is."""
+    iio.imwrite(tmp_path / "rings.png", codes(rings()))
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 1000)
+    assert load(tmp_path / "rings.png").shape == (256, 256)
+    assert Image.MAX_IMAGE_PIXELS == 1000
