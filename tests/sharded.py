@@ -14,6 +14,7 @@ os.environ |= {"XLA_FLAGS": f"--xla_force_host_platform_device_count={devices}",
 import jax  # noqa: E402 (the flags come first)
 import jax.numpy as jnp  # noqa: E402
 import numpy as np  # noqa: E402
+from compilations import QUICKLY  # noqa: E402
 from jax.sharding import Mesh, NamedSharding, PartitionSpec  # noqa: E402
 
 jax.config.update("jax_enable_x64", True)
@@ -38,8 +39,7 @@ mesh = Mesh(np.array(jax.devices()), ("rows",))
 rows, batch = NamedSharding(mesh, PartitionSpec("rows", None)), NamedSharding(mesh, PartitionSpec("rows"))
 alone = NamedSharding(mesh, PartitionSpec())
 assert len(jax.devices()) == devices * processes
-# What is computed is tested, not its speed: half as long to wait for.
-compiled = partial(jax.jit, compiler_options={"xla_backend_optimization_level": 0})
+compiled = partial(jax.jit, compiler_options=QUICKLY)
 
 
 def over_rows(method):

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from compilations import QUICKLY
 from jax.flatten_util import ravel_pytree
 
 import newtonjax as nj
@@ -58,10 +59,6 @@ def scene_of(values, view, method):
         values["screen"] = "gap"
     scene = nj.newton_rings(1.0, view=view, **values)
     return eqx.tree_at(lambda s: s.surfaces[1].curvature, scene, curvature), camera
-
-
-# The derivative is tested, not its speed: a third less to wait for.
-QUICKLY = {"xla_backend_optimization_level": 0}
 
 
 @cache
