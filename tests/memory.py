@@ -24,14 +24,21 @@ def memory_maps() -> int:
 
 
 def release(largest: float) -> None:
-    """Drop all compiled code where the process has more than `largest` GiB or too many maps.
+    """Give memory back where the process has more than `largest` GiB or too many maps; compiled code too, if it must.
 
-    What was compiled is loaded again from the cache on disk. The C library keeps what is freed, and gives it back to
-    the system only when it is asked to.
+    What was compiled is loaded again from the cache on disk, but has to be traced again.
     """
     if resident() <= largest and memory_maps() <= MOST_MAPS:
         return
-    jax.clear_caches()
+    _trim()
+    # Not just below: the next test would have to do it again.
+    if resident() > 0.7 * largest or memory_maps() > MOST_MAPS:
+        jax.clear_caches()
+        _trim()
+
+
+def _trim() -> None:
+    """The C library keeps what is freed, and gives it back to the system only when it is asked to."""
     gc.collect()
     try:
         ctypes.CDLL(None).malloc_trim(0)
