@@ -24,13 +24,14 @@ class Arrival(NamedTuple):
     - `field`: complex field vectors; the sum of their squares is the irradiance over the incident one.
     - `quarter_turns`: caustics crossed; each takes a quarter turn off the phase.
     - `arrives`: False where no ray of the beam lands (it misses a surface, is totally reflected, or no aim was found).
-    - `lost`: as in `Aimed`.
+    - `start`, `lost`: as in `Aimed`.
     """
 
     path: Float[Array, ""]
     field: Complex[Array, "3 2"]
     quarter_turns: Float[Array, ""]
     arrives: Bool[Array, ""]
+    start: Float[Array, "2"]
     lost: Bool[Array, ""] | np.ndarray
 
 
@@ -119,6 +120,7 @@ def arrive(route: Route, setting: Setting, target: Float[Array, "2"]) -> Arrival
         jnp.where(arrives, field, 0.0),
         _caustics(landing, legs, d_landing, d_legs),
         arrives,
+        start,
         lost,
     )
 

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Shaped
 
 from newtonjax import chebyshev, packed
+from newtonjax.aim import Arrival
 from newtonjax.camera import Camera, corners
 from newtonjax.fields import Fields, arrivals, fields_at, intensity, opd_at, path_difference
 from newtonjax.gap import closed_fields, gap_opd, is_shallow, why_not_closed
@@ -73,15 +74,22 @@ class Traced(AbstractMethod):
         return at_every_pixel(lambda points: opd_at(scene, points)[0], camera, self.chunk)
 
     def _by_blocks(self, scene: Scene, camera: Camera, function) -> Float[Array, "rows columns"]:
-        """A function of bench and arriving beams at every pixel, by the program of all benches."""
-        bench, (x, y), (rows, columns) = packed.pack(scene), camera.axes(), camera.shape
-        pixels = np.empty(rows * columns)
-        for first in range(0, pixels.size, self.chunk):
-            pixel = np.arange(first, min(first + self.chunk, pixels.size))
-            points = np.stack([x[pixel % columns], y[pixel // columns]], axis=1)
-            pixels[pixel] = function(bench, packed.arrivals(bench, points))
         with x64():
-            return jnp.asarray(pixels.reshape(rows, columns))
+            return jnp.asarray(by_blocks(packed.pack(scene), camera, self.chunk, function))
+
+
+def by_blocks(
+    bench: packed.Packed, camera: Camera, chunk: int, function: Callable[[packed.Packed, Arrival], np.ndarray]
+) -> Shaped[np.ndarray, "rows columns"]:
+    """A function of a bench of known numbers and of its arriving beams, at every pixel, `chunk` pixels at a time."""
+    (x, y), (rows, columns) = camera.axes(), camera.shape
+
+    def block(first: int) -> np.ndarray:
+        pixel = np.arange(first, min(first + chunk, rows * columns))
+        points = np.stack([x[pixel % columns], y[pixel // columns]], axis=1)
+        return function(bench, packed.arrivals(bench, points))
+
+    return np.concatenate([block(first) for first in range(0, rows * columns, chunk)]).reshape(rows, columns)
 
 
 def at_every_pixel(

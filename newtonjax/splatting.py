@@ -11,15 +11,16 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from newtonjax.aim import aim, arrive
+from newtonjax.aim import Arrival, arrive
 from newtonjax.camera import Camera
-from newtonjax.fields import arrivals, pairs
-from newtonjax.meeting import Rule, Source, add_block, no_sums
+from newtonjax.fields import pairs
+from newtonjax.meeting import Rule, Source, add_block, no_sums, pair_opd
 from newtonjax.memory import image_memory
-from newtonjax.methods import AbstractMethod, at_every_pixel
+from newtonjax.methods import AbstractMethod, by_blocks
+from newtonjax.packed import Packed, arrivals, pack
 from newtonjax.precision import require_concrete, require_x64, x64
 from newtonjax.scene import Scene
-from newtonjax.trace import gather, trace
+from newtonjax.trace import Route, Setting, trace
 
 # Points to a side at which the frame is aimed at, to find where on the source its light comes from; and where a rim
 # runs through it.
@@ -141,13 +142,13 @@ def splat(scene: Scene, camera: Camera, method: Splat | None = None) -> Splatted
     require_concrete("Splat", scene, camera)
     method.check(scene)
     image_memory(camera.shape, _BYTES)
-    bare = replace(scene, shield=None)  # where light would come from and meet, whatever a hole lets through
+    bench = pack(replace(scene, shield=None))  # where light would come from and meet, whatever a hole lets through
     with x64():
         points = _over_frame(camera, _FRAME)
-        starts, found, _ = _aims(bare, points)
-        low, high = _reach(bare, starts, found, camera)
+        beams = arrivals(bench, points)
+        low, high = _reach(bench, beams, camera)
         step = float(camera.pixel_size) if method.step is None else method.step
-        error = float(_error(bare, camera, method.rule, points, starts))
+        error = _error(bench, camera, method.rule, points, np.asarray(beams.start))
         lit, before = None, np.inf
         while True:
             source = _grid(low, high, step)
@@ -159,7 +160,7 @@ def splat(scene: Scene, camera: Camera, method: Splat | None = None) -> Splatted
             empty = (count == 0) & (apart == 0)
             if method.step is not None or not empty.any():
                 break
-            lit = np.asarray(_lit(scene, camera)) if lit is None else lit
+            lit = _lit(scene, camera) if lit is None else lit
             if not (left := int(np.sum(empty & lit))):
                 break
             if left >= before:
@@ -188,27 +189,20 @@ def _over_budget(rays: int, method: Splat, step: float, lit) -> str:
     )
 
 
-@jax.jit
-def _aims(scene: Scene, points):
-    """Launch coordinates [beams, n, 2] of the rays that land on points of the screen, and whether there are any."""
-    routes, setting = gather(scene)
-    return jax.vmap(lambda route: jax.vmap(lambda point: aim(route, setting, point))(points))(routes)
-
-
-def _over_frame(camera: Camera, count: int) -> Float[Array, "n 2"]:
+def _over_frame(camera: Camera, count: int) -> Float[np.ndarray, "n 2"]:
     """Screen points [m] of an even grid over the frame, up to the outer edges of its pixels."""
     half = camera.pixel_size / 2
-    x, y = (jnp.linspace(axis[0] - half, axis[-1] + half, count) for axis in camera.axes())
-    return jnp.stack([grid.ravel() for grid in jnp.meshgrid(x, y)], axis=1)
+    x, y = (np.linspace(axis[0] - half, axis[-1] + half, count) for axis in camera.axes())
+    return np.stack([grid.ravel() for grid in np.meshgrid(x, y)], axis=1)
 
 
-def _reach(scene: Scene, starts, found, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
+def _reach(bench: Packed, beams: Arrival, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
     """Corners of the part of the launch plane from which any beam lights the frame."""
     margin = float(camera.pixel_size)
-    if not np.all(found):  # a rim runs through the frame: look closer, and one mesh further than what was found
-        starts, found, _ = _aims(scene, _over_frame(camera, _RIM))
+    if not np.all(beams.arrives):  # a rim runs through the frame: look closer, and one mesh further than what was seen
+        beams = arrivals(bench, _over_frame(camera, _RIM))
         margin += 2 * max(camera.shape) * float(camera.pixel_size) / _RIM
-    inside = np.asarray(starts)[np.asarray(found)]
+    inside = np.asarray(beams.start)[np.asarray(beams.arrives)]
     if not len(inside):
         raise ValueError(
             "no beam reaches the frame: there is nothing to render; check screen, centre_px and pixel_size"
@@ -221,24 +215,35 @@ def _grid(low: np.ndarray, high: np.ndarray, step: float) -> Source:
     return Source((low + high) / 2, step, (nodes[0], nodes[1]))
 
 
-@jax.jit
-def _lit(scene: Scene, camera: Camera) -> Bool[Array, "rows columns"]:
+def _lit(scene: Scene, camera: Camera) -> Bool[np.ndarray, "rows columns"]:
     """Pixels that both beams of some pair reach."""
-    both = np.array(pairs(scene))
 
-    def lit(points):
-        arrives = arrivals(scene, points).arrives
-        return (arrives[both[:, 0]] & arrives[both[:, 1]]).any(axis=0)
+    def lit(bench: Packed, beams: Arrival) -> np.ndarray:
+        return np.any(np.asarray(beams.arrives)[bench.pairs].all(axis=1), axis=0)
 
-    return at_every_pixel(lit, camera, _LIT)
+    return by_blocks(pack(scene), camera, _LIT, lit)
 
 
-@partial(jax.jit, static_argnames="rule")
-def _error(scene: Scene, camera: Camera, rule: Rule, points, starts) -> Float[Array, ""]:
-    """Largest phase error of pairs [turns]: see `Splatted`. `starts` [beams, n, 2]: where to begin the search."""
-    routes, setting = gather(scene)
+def _error(bench: Packed, camera: Camera, rule: Rule, points, starts: Float[np.ndarray, "beams n 2"]) -> float:
+    """Largest phase error of pairs [turns]: see `Splatted`. `starts`: where to begin the search."""
+    sizes = np.array([rule.reach(camera), camera.pixel_size, bench.wavelength])
+    worst, looked = 0.0, False
+    for j, k in bench.pairs:
+        first, second = (jax.tree.map(lambda leaf, b=b: leaf[b], bench.routes) for b in (j, k))
+        error, met = map(np.asarray, _wrong(first, second, bench.setting, sizes, points, starts[j], path=rule.path))
+        worst, looked = np.maximum(worst, np.where(met, error, 0.0).max()), looked or bool(met.any())
+    return float(worst) if looked else np.inf
 
-    def wrong(first, second, point, start):
+
+@partial(jax.jit, static_argnames="path")
+def _wrong(first: Route, second: Route, setting: Setting, sizes, points, starts, path: str):
+    """Errors of the pairs of two beams that meet at points [turns], and whether they do: one program for all benches.
+
+    `sizes`: how far apart the rays of a pair may land, a pixel's size, the wavelength [m].
+    """
+    reach, pixel, wavelength = sizes
+
+    def wrong(point, start):
         def rays(start):
             one, two = (trace(route, setting, start)[0] for route in (first, second))
             return (one.point + two.point) / 2, (one, two)
@@ -249,23 +254,17 @@ def _error(scene: Scene, camera: Camera, rule: Rule, points, starts) -> Float[Ar
 
         start, _ = jax.lax.scan(nearer, start, None, length=_STEPS)
         one, two = rays(start)[1]
-        opd, meeting, apart = rule.opd(setting, one, two)
+        opd, meeting, apart = pair_opd(path, setting, one, two)
         exact_1, exact_2 = arrive(first, setting, meeting), arrive(second, setting, meeting)
-        error = jnp.abs(opd - exact_2.path + exact_1.path) / scene.wavelength
+        error = jnp.abs(opd - exact_2.path + exact_1.path) / wavelength
         # Pairs further apart than they may be do not count; nearer ones there err less, by the order of the error.
-        share = jnp.minimum(1.0, rule.reach(camera) / jnp.where(apart > 0, apart, 1.0))
-        error = error * share ** (1 if rule.path == "raw" else 2)
+        share = jnp.minimum(1.0, reach / jnp.where(apart > 0, apart, 1.0))
+        error = error * share ** (1 if path == "raw" else 2)
         error = error + jnp.abs(exact_2.quarter_turns - exact_1.quarter_turns) / 4
-        met = one.alive & two.alive & (jnp.abs(meeting - point).max() < 1e-3 * camera.pixel_size)
+        met = one.alive & two.alive & (jnp.abs(meeting - point).max() < 1e-3 * pixel)
         return jnp.where(exact_1.arrives & exact_2.arrives, error, jnp.inf), met
 
-    worst, looked = jnp.zeros(()), jnp.zeros((), bool)
-    for j, k in pairs(scene):
-        first, second = (jax.tree.map(lambda leaf, b=b: leaf[b], routes) for b in (j, k))
-        error, met = jax.vmap(wrong, (None, None, 0, 0))(first, second, points, starts[j])
-        worst = jnp.maximum(worst, jnp.where(met, error, 0.0).max())
-        looked |= met.any()
-    return jnp.where(looked, worst, jnp.inf)
+    return jax.vmap(wrong)(points, starts)
 
 
 def spread(scene: Scene, camera: Camera, method: Splat, source: Source):
@@ -277,13 +276,13 @@ def spread(scene: Scene, camera: Camera, method: Splat, source: Source):
     """
     if jnp.zeros(()).dtype != jnp.float64:
         require_x64("spread")
-    cells = camera.shape[0] * camera.shape[1]
+    bench, cells = pack(scene), camera.shape[0] * camera.shape[1]
     many = source.nodes[0] * source.nodes[1]
     sums = no_sums(camera)
     # A power of two below a whole chunk: then few sizes are compiled.
     chunk = min(method.chunk, 1 << (many - 1).bit_length())
     for first in range(0, many, chunk):
-        sums = add_block(scene, camera, method.rule, source, first, chunk, sums)
+        sums = add_block(bench, camera, method.rule, source, first, chunk, sums)
     total, count, apart, fates = sums
     image = jnp.where(count > 0, total / jnp.where(count > 0, count, 1).astype(float), 0.0)
     return *(table[:cells].reshape(camera.shape) for table in (image, count, apart)), fates
