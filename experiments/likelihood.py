@@ -20,9 +20,14 @@ import records
 from scipy.optimize import least_squares
 
 import fitting
-from fitting import least_squares as ls
-from fitting.models import GapModel, as_arrays, frame_of, localize
+from fitting.codes import Codes, Curve
+from fitting.elimination import CONTRAST, contrast_at_nodes
+from fitting.fringe_sums import sums
+from fitting.models import GapModel, as_arrays, localize
 from fitting.moments import model_coefficients, moments, residuals
+from fitting.phases import frame_on
+from fitting.photo import Photograph
+from fitting.reduction import reduce
 
 WAVELENGTH, PIXEL, RADIUS, NOISE = 589.3e-9, 5e-6, 1.0, 0.05
 
@@ -69,7 +74,9 @@ def likelihood(size: int, repeats: int) -> dict:
     rng = np.random.default_rng(1)
     parts, best = design(size), truth(size)
     image = image_of(best, size, parts) + NOISE * rng.normal(size=(size, size))
-    frame = frame_of((size, size))
+    mask = np.ones((size, size), bool)
+    reduced = reduce(Photograph(Codes(image, Curve(1.0, 1.0)), mask, mask, "grey", "linear"), 1, np.float64)
+    frame = frame_on(reduced.grid)
     half = (size - 1) / 2
     model = as_arrays(GapModel(frame, (WAVELENGTH / PIXEL, 1.0)))
     stretch = frame.unit / half  # the model counts in half diagonals, the exact one in half sides
@@ -77,18 +84,19 @@ def likelihood(size: int, repeats: int) -> dict:
     def free(values):
         return jnp.array([values[0] * stretch**2, values[1] / stretch, values[2] / stretch, values[3], *[0.0] * 5])
 
-    kept = moments(jnp.asarray(image), jnp.ones_like(image), localize(model, free(best)).value[0])
+    kept = moments(*sums(reduced, np.asarray(localize(model, free(best)).value[0])))
     chebyshev_of = _to_chebyshev()
 
     @jax.jit
     def from_moments(numbers, background, contrast, kept):
         phase, shape = model(numbers)
-        modulus = shape * (jnp.asarray(ls.contrast_at_nodes()) @ contrast)
+        modulus = shape * (jnp.asarray(contrast_at_nodes()) @ contrast)
         left = residuals(kept, model_coefficients(background, modulus, phase, kept.reference))
         return -(left @ left + kept.rest) / (2 * NOISE**2)
 
     def arguments(values):
-        return free(values), *chebyshev_of(values), kept
+        background, contrast = chebyshev_of(values)
+        return free(values), background.at[0].add(-reduced.offset), contrast, kept
 
     errors = []
     for _ in range(100):
@@ -128,7 +136,7 @@ def _to_chebyshev():
     from fitting.moments import BACKGROUND, degrees
 
     low = [tuple(d) for d in degrees(BACKGROUND)]
-    high = [tuple(d) for d in degrees(ls.CONTRAST)]
+    high = [tuple(d) for d in degrees(CONTRAST)]
 
     def convert(values):
         one, x, y, xx, xy, yy = values[4:10]

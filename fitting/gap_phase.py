@@ -51,6 +51,12 @@ def phase(model: GapModel, x, y, numbers: Float[np.ndarray, " free"]) -> np.ndar
     return k * (r2 * spheres + flat) + numbers[3]
 
 
+def squared_distance(model: GapModel, x, y, numbers: Float[np.ndarray, " free"]) -> np.ndarray:
+    """Squared distance of pixels from the rings' centre on the object [px²]."""
+    offset = _Offset(model, x, y, numbers)
+    return _stretched(offset.dx, offset.dy, *numbers[4:6])[0]
+
+
 def phase_and_slopes(model: GapModel, x, y, numbers: Float[np.ndarray, " free"]) -> tuple[np.ndarray, list[np.ndarray]]:
     """Phase [turns] at pixel positions [px], and its derivatives by each of `models.NUMBERS`."""
     offset, unit2 = _Offset(model, x, y, numbers), model.frame.unit**2

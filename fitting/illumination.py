@@ -1,202 +1,239 @@
-"""Least squares on one photograph: the illumination that it calls for, its outliers, and the model's tangent."""
+"""Least squares on one photograph: the illumination that it calls for, and its outliers."""
 
-from dataclasses import dataclass
-from functools import cached_property, partial
+from dataclasses import dataclass, replace
+from functools import cached_property
 
-import jax
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
 
-from fitting import least_squares as ls
-from fitting.models import GapModel, Local, SceneModel, as_arrays, held_numbers, localize
-from fitting.moments import Moments, at_pixels, moments, synthesize
-from fitting.photo import Photograph
+from fitting import edges, robust
+from fitting.elimination import CONTRAST, contrast_at_nodes, eliminate, normal_equations
+from fitting.fringe_sums import Residuals, sums, table_of
+from fitting.models import NUMBERS, GapModel, SceneModel, held_numbers
+from fitting.moments import BACKGROUND
+from fitting.normal_matrix import NormalMatrix, choose_degrees, normal_matrix
+from fitting.phases import fringes_of
+from fitting.reduction import Grid, Reduced
 from fitting.smoothing import thin
+from fitting.solver import Problem, Solution, solve, stay
 
-# A reference phase this close to the optimum everywhere [turns] makes the moments exact to rounding.
-_NEAR = 0.1
-_NEAR_EDGE = 0.003
-# A tangent that misses the model by less [turns] moves no radius: a thousandth of what noise does to a phase.
-_STRAIGHT = 1e-7
-_ROUNDS = 8
-# Share of pixels beyond four standard deviations from which on they are outliers (a normal distribution: 6e-5), and
+# Share of blocks beyond four standard deviations from which on they are outliers (a normal distribution: 6e-5), and
 # how many times the variance that their median tells residuals may have without any.
 _OUTLIERS, _HEAVY = 1e-3, 2.0
 # With fewer fringes than this a background of high degree imitates them; then these degrees of background and contrast.
 FEW = 4.0
 _SHAPES = ((0, 0), (1, 1), (2, 2))
-# Points to a side at which a phase is looked at to count fringes.
+# Blocks to a side at which a phase is looked at to count fringes.
 _SAMPLES = 65
+# How often moments are taken anew in one solve, at most.
+ROUNDS = 15
+# A step that promises a smaller drop of chi-squared [variances] is the last one before degrees or weights are known.
+_LOOSE = 1e-2
 
 
 @dataclass(frozen=True)
 class Fitted:
     """A finished least-squares fit and what it was made of.
 
-    `fixed`: what the user held, by name; `parts`: of the model's parts those that are there.
+    - `reduced`: the photograph in blocks; `left`: what the fit leaves over, with the weights it was made with.
+    - `scale`: standard deviation that Tukey's weights go by; None where all blocks count alike.
+    - `fixed`: what the user held, by name; `parts`: of the model's parts those that are there.
+    - `matrix`: the normal matrix of all unknowns.
     """
 
     model: GapModel | SceneModel
-    solution: ls.Solution
-    kept: Moments
-    weights: np.ndarray
-    shape: tuple[int, int]
+    reduced: Reduced
+    solution: Solution
+    left: Residuals
+    scale: float | None
     fixed: dict
-    parts: tuple[str, ...] = ()
+    parts: tuple[str, ...]
+    matrix: NormalMatrix
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """The model's, in the order of `models.NUMBERS`."""
+        return self.solution.numbers
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Degrees of background and contrast."""
+        return self.solution.problem.degrees
+
+    @property
+    def converged(self) -> bool:
+        return self.solution.converged
+
+    @property
+    def chi2(self) -> float:
+        """Σ w (light - fit)²."""
+        return self.left.square
+
+    @cached_property
+    def weight(self) -> float:
+        """Sum of the weights."""
+        return float(self.left.weights.sum(dtype=float))
 
     @cached_property
     def variance(self) -> float:
         """Weighted sum of squares about the best background without fringes, of a degree that does not imitate them."""
-        few = fringes_seen(self.solution.image[2], self.weights > 0) < FEW
-        return float(ls.background_only(self.kept, _SHAPES[-1][0] if few else ls.BACKGROUND))
+        return eliminate(self.solution.normal, _SHAPES[-1][0] if self.orders < FEW else BACKGROUND).square
 
     @property
     def explained(self) -> float:
         """Share of that variance that the fringes explain."""
-        return 1 - float(self.solution.chi2) / self.variance
+        return 1 - self.chi2 / self.variance if self.variance > 0 else 0.0
 
     @cached_property
-    def fitted(self) -> np.ndarray:
-        """The model at every pixel [rows, columns]."""
-        return np.asarray(synthesize(*self.solution.image, self.weights.shape, self.kept.rough))
+    def orders(self) -> float:
+        """Fringes across the used part of the image."""
+        return fringes_seen(self.reduced.grid, self.solution.fields.phase, self.reduced.used)
 
     @cached_property
     def phase(self) -> np.ndarray:
-        """The rings' phase at every pixel [turns]."""
-        smooth = np.asarray(at_pixels(self.solution.image[2], self.weights.shape))
-        return smooth if self.kept.rough is None else smooth + np.asarray(self.kept.rough)
+        """The rings' phase at every block [turns]."""
+        at = self.solution.problem.phase.edges(self.numbers)
+        grid = self.reduced.grid
+        return at_blocks(grid, self.solution.fields.phase) if at is None else at(grid.x[None], grid.y[:, None])
+
+
+def at_blocks(grid: Grid, nodes: np.ndarray) -> np.ndarray:
+    """A field given at the nodes, at every block [rows, columns]."""
+    return grid.along_y[:, :17] @ table_of(nodes) @ grid.along_x[:, :17].T
+
+
+def fringes_seen(grid: Grid, phase: np.ndarray, used: np.ndarray) -> float:
+    """Fringes across the used blocks, from the phase at the nodes [turns]."""
+    rows, columns = (np.linspace(0, n - 1, min(n, _SAMPLES)).round().astype(int) for n in used.shape)
+    turns = grid.along_y[rows, :17] @ table_of(phase) @ grid.along_x[columns, :17].T
+    seen = turns[used[np.ix_(rows, columns)]]
+    return float(np.ptp(seen)) if seen.size else 0.0
+
+
+def finest(found: Fitted) -> float:
+    """Largest frequency of the fringes where they are used [cycles per pixel]."""
+    used = found.reduced.used
+    slopes = [
+        np.gradient(found.phase, at, axis=axis) for axis, at in enumerate((found.reduced.grid.y, found.reduced.grid.x))
+    ]
+    return float(np.percentile(np.hypot(*slopes)[used], 99.9))
+
+
+def problem_of(
+    model: GapModel | SceneModel, fixed: dict, parts: tuple[str, ...], degrees: tuple[int, int] = (BACKGROUND, CONTRAST)
+) -> Problem:
+    """What the solver is asked, for what the user holds and the parts that are there."""
+    held = held_numbers(fixed, parts)
+    return Problem(fringes_of(model), tuple(name for k, name in enumerate(NUMBERS) if k not in held), degrees)
 
 
 def robust_fit(
-    model, photograph: Photograph, starts: list[np.ndarray], fixed: dict, parts: tuple[str, ...] = ()
+    model: GapModel | SceneModel, reduced: Reduced, starts: list[np.ndarray], fixed: dict, parts: tuple[str, ...] = ()
 ) -> Fitted:
-    """Fit, and where pixels lie far off the fit, weight them down (Tukey's biweight) and fit again.
+    """Fit, and where blocks lie far off the fit, weight them down by Tukey's biweight, up to its fixed point.
 
-    Weights are always those of the last fit: what a bad one took for outliers comes back. Dark fringes are those of a
-    positive contrast: where it came out negative and the phase is free, half a turn puts it right.
+    Dark fringes are those of a positive contrast: where it came out negative and the phase is free, half a turn puts it
+    right.
     """
-    plain = photograph.mask.astype(float)
-    found = _illuminated(model, photograph, starts, plain, fixed, parts)
-    if float(found.solution.image[1].mean()) < 0 and 3 not in held_numbers(fixed, parts):
-        turned = numbers_of(found).copy()
+    solution = _illuminated(model, reduced, starts, fixed, parts)
+    if float(solution.point.modulus.mean()) < 0 and "phase" in solution.problem.free:
+        turned = solution.numbers.copy()
         turned[3] += 0.5
-        found = _illuminated(model, photograph, [turned], plain, fixed, parts)
-    sample = thin(photograph.mask)
-    for _ in range(3):
-        residual = photograph.image - found.fitted
-        away = np.abs(residual[sample][photograph.mask[sample]])
-        spread = 1.4826 * float(np.median(away))
-        whole = found.weights is plain
-        square = float(found.solution.chi2) / plain.sum() if whole else float(np.mean(away**2))
-        clean = np.mean(away > 4 * spread) < _OUTLIERS and square < _HEAVY * spread**2
-        if clean and whole:
-            break
-        weights = plain if clean else tukey(residual, photograph.mask)
-        found = _illuminated(model, photograph, [numbers_of(found)], weights, fixed, parts)
-        if clean:
-            break
-    return found
+        solution = _illuminated(model, reduced, [turned], fixed, parts)
+    left, scale = robust.residuals_of(solution, reduced, None), None
+    spread = robust.spread_of(left, reduced.used)
+    if not _is_clean(left, reduced, spread):
+        weighted = replace(reduced, weights=tukey(left.value, reduced, spread))
+        start = _illuminated(model, weighted, [solution.numbers], fixed, parts)
+        settled = robust.settle(start.problem, reduced, start, spread)
+        # What a bad first fit took for outliers may be none.
+        if _is_clean(settled.left, reduced, settled.scale):
+            solution = _illuminated(model, reduced, [settled.solution.numbers], fixed, parts)
+        else:
+            solution, left, scale = settled
+    if scale is None:
+        solution = solve(solution.problem, reduced, solution.numbers, first=solution.normal)
+        left = robust.residuals_of(solution, reduced, None)
+    return Fitted(model, reduced, solution, left, scale, fixed, parts, normal_matrix(solution))
 
 
-def tukey(residual: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    """Tukey's biweights, which end at six standard deviations as the median tells them; 0 outside of the mask."""
-    sample = thin(mask)
-    spread = 1.4826 * float(np.median(np.abs(residual[sample][mask[sample]])))
-    biweight = np.clip(1 - (residual / (6 * spread)) ** 2, 0, None) ** 2 if spread else np.ones(mask.shape)
-    return np.where(mask, biweight, 0.0)
+def sharpened(found: Fitted) -> Fitted:
+    """The fit with its last steps made on the blocks themselves, where its phase has an edge."""
+    solution, reduced = found.solution, found.reduced
+    problem = solution.problem
+    if problem.phase.edges(found.numbers) is None:
+        return found
+    contrast = np.zeros(contrast_at_nodes().shape[1])
+    contrast[: len(solution.point.contrast)] = solution.point.contrast
+    last = edges.refine(problem, reduced, found.numbers, solution.background, contrast, found.scale or 0.0)
+    weighted, at = replace(reduced, weights=found.left.weights), problem.phase.edges(last.numbers)
+    normal = normal_equations(sums(weighted, problem.phase.fields(last.numbers).phase, at))
+    solution = stay(problem, normal, last.numbers, solution.converged)
+    left = robust.residuals_of(solution, reduced, found.scale)
+    return replace(found, solution=solution, left=left, matrix=last.matrix)
 
 
-def numbers_of(found: Fitted) -> np.ndarray:
-    return np.asarray(found.solution.unknowns.model)
+def _is_clean(left: Residuals, reduced: Reduced, spread: float) -> bool:
+    sample = thin(reduced.used)
+    away = np.abs(left.value[sample][reduced.used[sample]])
+    square = float((reduced.weights * left.value**2).sum(dtype=float) / reduced.weights.sum(dtype=float))
+    return bool(np.mean(away > 4 * spread) < _OUTLIERS and square < _HEAVY * spread**2)
+
+
+def tukey(residual: np.ndarray, reduced: Reduced, spread: float | None = None) -> np.ndarray:
+    """The blocks' weights times Tukey's biweights, which end at six standard deviations as the median tells them."""
+    if spread is None:
+        sample = thin(reduced.used)
+        spread = 1.4826 * float(np.median(np.abs(residual[sample][reduced.used[sample]])))
+    if not spread:
+        return reduced.weights
+    share = np.clip(1 - (residual / np.float32(6 * spread)) ** 2, 0, None)
+    return (reduced.weights * share**2).astype(reduced.weights.dtype)
 
 
 def _illuminated(
-    model, photograph: Photograph, starts: list[np.ndarray], weights: np.ndarray, fixed: dict, parts: tuple[str, ...]
-) -> Fitted:
-    """Fit with the illumination that the image calls for.
+    model: GapModel | SceneModel, reduced: Reduced, starts: list[np.ndarray], fixed: dict, parts: tuple[str, ...]
+) -> Solution:
+    """The optimum with the illumination that the image calls for.
 
     Many fringes tell it at once: the degrees are chosen on the optimum of full degree. A few are imitated by a
     background of high degree, and that optimum may be a false one: then every shape up to the second degree is fitted,
     from every start and from the others' optima, and the least Bayesian information criterion of the fits themselves
     decides.
     """
-    phase = localize(as_arrays(model), jnp.asarray(starts[0])).value[0]
-    if fringes_seen(phase, photograph.mask) >= FEW:
-        return converge(model, photograph, starts[0], weights, fixed, parts, (ls.BACKGROUND, ls.CONTRAST))
-    tried = [converge(model, photograph, at, weights, fixed, parts, shape) for shape in _SHAPES for at in starts]
-    pixels = float(weights.sum())
+    problem = problem_of(model, fixed, parts)
+    phase = problem.phase.fields(starts[0]).phase
+    if fringes_seen(reduced.grid, phase, reduced.used) >= FEW:
+        return converge(problem, reduced, starts[0])
+    shapes = [replace(problem, degrees=shape) for shape in _SHAPES]
+    tried = [converge(one, reduced, at) for one in shapes for at in starts]
+    pixels = reduced.pixels
 
-    def criterion(found: Fitted) -> float:
-        variance = max(min(float(one.solution.chi2) for one in tried) / pixels, 1e-300)
-        chi2 = float(found.solution.chi2) / variance
-        return chi2 + float(np.sum(found.solution.active)) * np.log(pixels) if np.isfinite(chi2) else np.inf
+    def criterion(solution: Solution) -> float:
+        variance = max(min(one.chi2 for one in tried) / pixels * reduced.grid.block**2, 1e-300)
+        chi2 = solution.chi2 / variance
+        spent = sum(normal_matrix(solution).active)
+        return chi2 + float(spent) * np.log(pixels) if np.isfinite(chi2) else np.inf
 
     for best in sorted(tried, key=criterion)[:2]:
-        tried += [converge(model, photograph, numbers_of(best), weights, fixed, parts, shape) for shape in _SHAPES]
+        tried += [converge(one, reduced, best.numbers) for one in shapes]
     return min(tried, key=criterion)
 
 
-def converge(
-    model,
-    photograph: Photograph,
-    numbers: np.ndarray,
-    weights: np.ndarray,
-    fixed: dict,
-    parts: tuple[str, ...],
-    shape: tuple[int, int],
-    most: int = _ROUNDS,
-) -> Fitted:
-    """Fit, following the optimum with the model's tangent and the moments' reference until both are near.
-
-    First with background and contrast of the given degrees, then with those up to them that the image calls for.
-    After `most` rounds it ends where it is.
-    """
-    image, count = photograph.image, len(numbers)
-    held, chosen = held_numbers(fixed, parts), False
-    # An edge is in the moments as the reference has it.
-    near_enough = _NEAR_EDGE if "contact" in parts else _NEAR
-
-    local = localize(as_arrays(model), jnp.asarray(numbers))
-    kept = about(model, image, weights, local, parts)
-    unknowns = ls.linear_start(local, kept, jnp.asarray(ls.active_mask(count, *shape, held)))
-    rounds = 0
-    while True:
-        solution = ls.solve(local, kept, unknowns, jnp.asarray(ls.active_mask(count, *shape, held)))
-        unknowns = solution.unknowns
-        moved = localize(as_arrays(model), unknowns.model)
-        straight = float(jnp.abs(moved.value[0] - solution.image[2]).max()) < _STRAIGHT
-        near = float(solution.excursion) < near_enough
-        if near and straight and chosen:
-            break
-        local = moved
-        if not near:
-            kept = about(model, image, weights, local, parts)
-        elif not chosen:
-            shape, chosen = ls.choose_shape(solution, count, float(weights.sum()), held), True
-        rounds += 1
-        if rounds == most:
-            break
-    return Fitted(model, solution, kept, weights, shape, fixed, parts)
-
-
-def about(model, image: np.ndarray, weights: np.ndarray, local: Local, parts: tuple[str, ...]) -> Moments:
-    """Moments of an image about the phase of a model with given parts."""
-    rough = edges(as_arrays(model), local, image.shape) if "contact" in parts else None
-    return moments(jnp.asarray(image), jnp.asarray(weights), local.value[0], rough)
-
-
-@partial(jax.jit, static_argnames="shape")
-def edges(model: GapModel, local: Local, shape: tuple[int, int]) -> Float[Array, "rows columns"]:
-    """What the model's phase at the pixels has over the one that its nodes resolve [turns]."""
-    rows, columns = shape
-    exact = model.phase(jnp.arange(columns, dtype=float), jnp.arange(rows, dtype=float)[:, None], local.free)
-    return exact - at_pixels(local.value[0], shape)
-
-
-def fringes_seen(phase, mask: np.ndarray) -> float:
-    """Fringes across the unmasked part of an image, from the phase at the nodes [turns]."""
-    grid = np.asarray(at_pixels(jnp.asarray(phase), (_SAMPLES, _SAMPLES)))
-    rows, columns = (np.linspace(0, n - 1, _SAMPLES).round().astype(int) for n in mask.shape)
-    seen = grid[mask[np.ix_(rows, columns)]]
-    return float(np.ptp(seen)) if seen.size else 0.0
+def converge(problem: Problem, reduced: Reduced, numbers: np.ndarray, rounds: int = ROUNDS) -> Solution:
+    """Near the optimum next to given numbers: with the problem's degrees, then with those that the image calls for."""
+    solution = solve(problem, reduced, numbers, tolerance=_LOOSE, rounds=rounds)
+    if not np.isfinite(solution.chi2):
+        return solution
+    degrees = choose_degrees(normal_matrix(solution), solution.chi2, solution.weight, reduced.pixels)
+    chosen = (min(degrees[0], problem.degrees[0]), min(degrees[1], problem.degrees[1]))
+    if chosen == problem.degrees:
+        return solution
+    again = solve(
+        replace(problem, degrees=chosen),
+        reduced,
+        solution.numbers,
+        tolerance=_LOOSE,
+        first=solution.normal,
+        rounds=rounds,
+    )
+    return again if solution.converged else replace(again, converged=False)

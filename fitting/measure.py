@@ -2,21 +2,24 @@
 
 import time
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import jax
 import numpy as np
 
+from fitting.correlation import fringe_correlation
 from fitting.evidence import evidence_of
-from fitting.illumination import Fitted, numbers_of, robust_fit
+from fitting.illumination import Fitted, robust_fit, sharpened
 from fitting.matched import Rings
-from fitting.models import NUMBERS, GapModel, curved_surface, frame_of
+from fitting.models import NUMBERS, GapModel, curved_surface
+from fitting.phases import frame_on, moved_to
 from fitting.photo import Photograph, read
 from fitting.quantity import Quantities, checked_fixed, checked_plate, checked_start, held_turns, quantities
+from fitting.reduction import block_size, reduce
 from fitting.result import FitResult
 from fitting.scene_start import scene_start
 from fitting.selection import Choice, adapt, checked_parts
+from fitting.smoothing import pixels_of
 from fitting.start import find_rings, follow, settled
 from fitting.summary import refused, summarize
 from fitting.transfer import linearized
@@ -32,6 +35,13 @@ _UNSTATED = (
 )
 # Fewer pixels hold no rings.
 _FEWEST = 64
+# Blocks to a side of the lit field, at least; pixels up to which a fit may go on from blocks to each of them.
+_FEWEST_BLOCKS, _MOST_PIXELS = 64, 1_000_000
+# Fringes that explain less than this may be bent.
+_HALF_FOUND = 0.7
+# Correlation of residuals up to which noise is what limits a fit, and shares of the variance that no photograph leaves
+# so little of, and that single precision rounds.
+_WHITE, _MADE, _EXACT = 2.0, 1e-4, 1e-8
 
 
 def fit(
@@ -105,9 +115,9 @@ def fit(
     if (usable := int(photograph.mask.sum())) < _FEWEST:
         reason = f"{usable} pixels of {photograph.mask.size} can be used: the image is saturated, dark or masked"
         return refused(reason, photograph, began)
-    if np.ptp(photograph.image[photograph.mask]) == 0:
+    if np.ptp(photograph.codes.codes[photograph.mask]) == 0:
         return refused("the image is uniform: there are no fringes", photograph, began)
-    with x64(), _controller().limit(limits=1, user_api="blas"):
+    with x64(), one_blas_thread():
         rings = _start(photograph, known, start)
         if reason := too_steep(photograph, rings, known):
             return refused(reason, photograph, began)
@@ -118,12 +128,13 @@ def fit(
         choice = _of_gap(photograph, rings, known, view, held, wishes, pinned, scene)
         if transfer is None and (linear := linearized(photograph, choice.found)) is not None:
             photograph = linear
-            choice = _of_gap(photograph, rings, known, view, held, wishes, pinned, scene)
+            choice = _of_gap(photograph, rings, known, view, held, wishes, pinned, scene, choice.found)
+        choice = choice._replace(found=sharpened(finely(choice.found, photograph)))
         if reason := why_refused(choice.found, photograph, rings):
             return refused(reason, photograph, began)
         if scene is not None:
             alone = choice.found
-            found = _fit_scene(photograph, scene, known, alone, fixed)
+            found = _fit_scene(scene, known, alone, fixed)
             if not found.explained > 0.5 * alone.explained:
                 reason = (
                     f"the bench does not make these fringes: it explains {max(found.explained, 0):.0%} of the variance "
@@ -131,16 +142,19 @@ def fit(
                 )
                 return refused(reason, photograph, began)
             choice = adapt(found, photograph, wishes | {"contact": False}, pinned)
+            choice = choice._replace(found=finely(choice.found, photograph))
         return summarize(photograph, known, view, choice, began)
 
 
-@cache
-def _controller():
-    # A BLAS with threads of its own spins on the cores after each product, while JAX's threads wait for them: a fit
-    # takes half as long again. The products here are small.
-    from threadpoolctl import ThreadpoolController
+def one_blas_thread():
+    """A context in which every BLAS that is loaded has one thread.
 
-    return ThreadpoolController()
+    One with threads of its own spins on the cores after each product, and the products here are small: a fit takes ten
+    times as long. NumPy and SciPy bring one each, and SciPy's is loaded with the first of its modules that needs it.
+    """
+    from threadpoolctl import threadpool_limits
+
+    return threadpool_limits(limits=1, user_api="blas")
 
 
 def _known(arguments: dict, scene: Scene | None) -> Quantities:
@@ -173,28 +187,35 @@ def _start(photograph: Photograph, known: Quantities, start: dict) -> Rings:
     return follow(photograph, Rings(float(scale), start["centre_px"], 0.0, 0.0))
 
 
-def _of_gap(photograph, rings: Rings, known, view: str, fixed: dict, wishes: dict, pinned: float, scene) -> Choice:
+def _of_gap(
+    photograph, rings: Rings, known, view: str, fixed: dict, wishes: dict, pinned: float, scene, before=None
+) -> Choice:
     """A fit of the gap formula with the parts that it needs.
 
     A bench has parts of its own: then, as without a pixel size, where a distortion has nothing to be measured against,
-    warps are tried only where the rings are not found without them.
+    warps are tried only where the rings are not found without them: where a fit is refused, or leaves more than twice
+    what is left with them.
     """
-    plain = Choice(_fit_gap(photograph, rings, known, view, fixed), {})
+    plain = Choice(finely(_fit_gap(photograph, rings, known, view, fixed), photograph), {})
     scaled = scene is None and known.unknown is not None
     if scaled or why_refused(plain.found, photograph, rings):
-        return adapt(plain.found, photograph, wishes, pinned)
+        return adapt(plain.found, photograph, wishes, pinned, before)
     if scene is not None:
         return plain
-    choice = adapt(plain.found, photograph, dict.fromkeys(WARPS, False) | wishes, pinned)
+    choice = adapt(plain.found, photograph, dict.fromkeys(WARPS, False) | wishes, pinned, before)
+    if choice.found.explained < _HALF_FOUND:
+        warped = adapt(plain.found, photograph, wishes, pinned, before)
+        if warped.found.converged and 1 - warped.found.explained < 0.5 * (1 - choice.found.explained):
+            return warped
     untried = dict.fromkeys(WARPS, "not tried: without a pixel size the image does not need it")
     return choice._replace(evidence=untried | choice.evidence)
 
 
 def _fit_gap(photograph: Photograph, rings: Rings, known: Quantities, view: str, fixed: dict) -> Fitted:
-    frame = frame_of(photograph.image.shape)
-    model = GapModel(frame, known.sphere(rings.scale), known.plate_curvature)
     if "centre_px" in fixed:
         rings = settled(photograph, replace(rings, centre=fixed["centre_px"]))
+    reduced = reduce(photograph, _block(photograph, rings))
+    frame = frame_on(reduced.grid)
     place = [(c - m) / frame.unit for c, m in zip(rings.centre, frame.middle, strict=True)]
     phase = rings.phase
     if "gap" in fixed:
@@ -202,10 +223,36 @@ def _fit_gap(photograph: Photograph, rings: Rings, known: Quantities, view: str,
     start = np.array([rings.scale * frame.unit**2, *place, phase, *(0.0 for _ in NUMBERS[4:])])
     # A few fringes leave the search uncertain by as much as this.
     starts = [start, *(np.array([factor * start[0], *start[1:]]) for factor in (0.6, 1.6))]
-    return robust_fit(model, photograph, starts, fixed)
+    model = GapModel(frame_on(reduced.grid, start), known.sphere(rings.scale), known.plate_curvature)
+    return robust_fit(model, reduced, starts, fixed)
 
 
-def _fit_scene(photograph: Photograph, scene: Scene, known: Quantities, gap: Fitted, fixed: dict) -> Fitted:
-    numbers, phase = numbers_of(gap), np.asarray(gap.solution.image[2])
-    model, numbers = scene_start(scene, known, frame_of(photograph.image.shape), numbers, phase, fixed)
-    return robust_fit(model, photograph, [numbers], fixed)
+def _block(photograph: Photograph, rings: Rings) -> int:
+    """Pixels to a side of a block that resolves the rings all over the lit field, and leaves enough of them."""
+    x, y = pixels_of(photograph.lit)
+    finest = 2 * rings.scale * float(np.hypot(x - rings.centre[0], y - rings.centre[1]).max())
+    return max(1, min(block_size(finest), int(min(np.ptp(x), np.ptp(y))) // _FEWEST_BLOCKS))
+
+
+def finely(found: Fitted, photograph: Photograph) -> Fitted:
+    """The fit on every pixel for itself where blocks lose something: a tenth of the deviation that noise alone makes.
+
+    Of most photographs other errors outweigh that by far. What leaves next to nothing over was no photograph: then in
+    double precision.
+    """
+    reduced, left = found.reduced, 1 - found.explained
+    white = left < _MADE or fringe_correlation(reduced.grid, found.left) < _WHITE
+    exact = left < _EXACT
+    done = reduced.grid.block == 1 and not (exact and reduced.light.dtype == np.float32)
+    if done or not white or reduced.pixels > _MOST_PIXELS:
+        return found
+    pixels = reduce(photograph, 1, dtype=np.float64 if exact else np.float32)
+    model = moved_to(found.model, pixels.grid)
+    again = robust_fit(model, pixels, [found.numbers], found.fixed, found.parts)
+    return again if again.converged or not found.converged else found
+
+
+def _fit_scene(scene: Scene, known: Quantities, gap: Fitted, fixed: dict) -> Fitted:
+    frame, phase = gap.model.frame, gap.solution.fields.phase
+    model, numbers = scene_start(scene, known, frame, gap.numbers, phase, fixed)
+    return robust_fit(model, gap.reduced, [numbers], fixed)

@@ -28,19 +28,19 @@ _TRACED = 13
 
 
 class Frame(NamedTuple):
-    """Pixel positions of the nodes [px], and the unit in which a model counts positions [px]."""
+    """Pixel positions of the nodes [px], and the unit in which a model counts positions [px].
+
+    The image may be means over blocks of `block` pixels a side: `contrast` [nodes] is what these leave of the fringes'
+    (`block_contrast`, None for all of it), and they add a phase of (block² - 1) / 24 times its second derivatives, for
+    r² fringes k (block² - 1) / 6.
+    """
 
     x: np.ndarray
     y: np.ndarray
     middle: tuple[float, float]
     unit: float
-
-
-def frame_of(shape: tuple[int, int]) -> Frame:
-    """The nodes of an image of a shape; the unit is half its diagonal."""
-    x, y = node_grid(ENVELOPE + 1)
-    half_y, half_x = ((n - 1) / 2 for n in shape)
-    return Frame(half_x * (1 + x), half_y * (1 + y), (half_x, half_y), float(np.hypot(half_x, half_y)))
+    block: float = 1.0
+    contrast: np.ndarray | None = None
 
 
 def held_numbers(fixed: dict, parts: tuple[str, ...] = ()) -> tuple[int, ...]:
@@ -96,7 +96,8 @@ class GapModel(eqx.Module):
     def __call__(self, free: Float[Array, " free"]) -> Float[Array, "2 nodes"]:
         """Phase [turns] and relative contrast at the nodes."""
         phase = self.phase(self.frame.x, self.frame.y, free)
-        return jnp.stack([phase, jnp.ones_like(phase)])
+        phase = phase + free[0] * (self.frame.block**2 - 1) / (6 * self.frame.unit**2)
+        return jnp.stack([phase, jnp.ones_like(phase) if self.frame.contrast is None else self.frame.contrast])
 
     def phase(self, x, y, free: Float[Array, " free"]):
         """Phase [turns] at pixel positions [px]."""
@@ -138,12 +139,23 @@ class SceneModel(eqx.Module):
         pixel_size = self.pixel_size * (1 + ratio) if self.unknown == "pixel_size" else self.pixel_size
         if self.unknown != "pixel_size":
             scene = change(scene, self.unknown, 1 + ratio, self.face)
-        at_x, at_y = ((1 + at) * middle for at, middle in zip(node_grid(_TRACED), self.frame.middle, strict=True))
+        at_x, at_y = (
+            (low + high) / 2 + at * (high - low) / 2
+            for at, (low, high) in zip(node_grid(_TRACED), (_ends(self.frame.x), _ends(self.frame.y)), strict=True)
+        )
         dx, dy = on_object(self.frame, at_x, at_y, free)
         modulus, phase = polar(fields_at(scene, jnp.stack([dx, dy], axis=1) * pixel_size))
         table = chebyshev.coefficients(jnp.stack([phase[0], modulus[0] / jnp.mean(modulus[0])]))
         along = jnp.asarray(chebvander(chebyshev.nodes(ENVELOPE + 1), _TRACED - 1))
-        return jnp.einsum("yj,fji,xi->fyx", along, table, along).reshape(2, -1)
+        phase, contrast = jnp.einsum("yj,fji,xi->fyx", along, table, along).reshape(2, -1)
+        return jnp.stack([phase, contrast if self.frame.contrast is None else contrast * self.frame.contrast])
+
+
+def _ends(nodes):
+    """The ends of the interval that Chebyshev nodes stand for."""
+    half = (nodes[-1] - nodes[0]) / 2 / np.cos(np.pi / (2 * (ENVELOPE + 1)))
+    middle = (nodes[-1] + nodes[0]) / 2
+    return middle - half, middle + half
 
 
 class Local(NamedTuple):

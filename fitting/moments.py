@@ -6,7 +6,6 @@ T_i T_j = (T_{i+j} + T_{|i-j|}) / 2, and with a factor of that matrix chi-square
 squares as there are basis functions, up to a constant. Exact for any model whose fields the basis resolves.
 """
 
-from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -20,7 +19,6 @@ from newtonjax.turns import cos_turns, sin_turns
 # Degrees of the basis: of the background alone, and of the envelope, which also carries e^{2πi(φ-φ0)}. A phase within a
 # quarter turn of the reference needs about 12 more degrees than the contrast has (measured in tests/test_moments.py).
 BACKGROUND, ENVELOPE = 6, 16
-_BLOCK = 128
 # Directions in which the data hold less than this share of the largest eigenvalue are rounding, not data.
 _RANK = 1e-13
 # A Cholesky factor whose smallest pivot is above this share of its largest has lost no more than rounding.
@@ -32,16 +30,12 @@ class Moments(NamedTuple):
 
     - `root` [basis, basis], `target` [basis]: chi-squared = |root coefficients - target|² + `rest`.
     - `reference`: the reference phase at the envelope's nodes (row by row) [turns].
-    - `power`: weighted sum of squares about the weighted mean.
-    - `rough` [rows, columns]: by how much the reference's phase is off its smooth part there [turns]; None for nowhere.
     """
 
     root: Float[Array, "basis basis"]
     target: Float[Array, " basis"]
     rest: Float[Array, ""]
     reference: Float[Array, " nodes"]
-    power: Float[Array, ""]
-    rough: Float[Array, "rows columns"] | None = None
 
 
 def degrees(limit: int) -> np.ndarray:
@@ -57,41 +51,6 @@ def node_grid(count: int) -> tuple[np.ndarray, np.ndarray]:
     return x.ravel(), y.ravel()
 
 
-@jax.jit
-def sums(image, weights, phase_nodes, rough=None) -> Float[Array, "8 degrees degrees"]:
-    """Σ_pixels q T_j(y) T_i(x) for q = w, w cos, w sin, w cos2, w sin2, wd, wd cos, wd sin; by blocks of rows."""
-    rows, columns = image.shape
-    count = 2 * ENVELOPE + 1
-    blocks = -(-rows // _BLOCK)
-    spare = blocks * _BLOCK - rows
-    along_x = jnp.asarray(chebyshev.basis(columns, count).T)
-    along_y = jnp.asarray(np.pad(chebyshev.basis(rows, count), ((0, 0), (0, spare))))
-    n = round(phase_nodes.shape[0] ** 0.5)
-    phase_rows = chebyshev.coefficients(phase_nodes).T @ along_y[:n]
-    phase_x = jnp.asarray(chebyshev.basis(columns, n))
-
-    def block(total, part):
-        d, w, y, turns, *edges = part
-        # A product of matrices: a sum of outer ones would be computed again for each of the eight products.
-        phase = sum(edges, jnp.matmul(turns, phase_x, precision="highest"))
-        c, s = cos_turns(phase), sin_turns(phase)
-        wd = w * d
-        products = jnp.stack([w, w * c, w * s, w * (2 * c * c - 1), 2 * w * c * s, wd, wd * c, wd * s])
-        return total + jnp.einsum("yj,qyi->qji", y, products @ along_x, precision="highest"), None
-
-    def split(table):
-        return jnp.pad(table, ((0, spare), (0, 0))).reshape(blocks, _BLOCK, -1)
-
-    parts = (
-        split(image),
-        split(weights),
-        along_y.T.reshape(blocks, _BLOCK, -1),
-        phase_rows.T.reshape(blocks, _BLOCK, -1),
-        *([] if rough is None else [split(rough)]),
-    )
-    return jax.lax.scan(block, jnp.zeros((8, count, count)), parts)[0]
-
-
 def _gram(table: Float[Array, "degrees degrees"], left: np.ndarray, right: np.ndarray) -> Float[Array, "left right"]:
     """Σ q (T_a T_b) for pairs of basis functions, from the moments of q."""
     (jl, il), (jr, ir) = left.T[:, :, None], right.T[:, None, :]
@@ -103,23 +62,14 @@ def _gram(table: Float[Array, "degrees degrees"], left: np.ndarray, right: np.nd
 
 
 def moments(
-    image: Float[Array, "rows columns"],
-    weights: Float[Array, "rows columns"],
-    reference: Float[Array, " nodes"],
-    rough: Float[Array, "rows columns"] | None = None,
+    sums: Float[np.ndarray, "8 degrees degrees"], square: float, reference: Float[np.ndarray, " nodes"]
 ) -> Moments:
-    """Moments of an image with weights (1/variance, 0 where masked) about a reference phase at the nodes [turns].
-
-    Where the reference has an edge (of a contact), `rough` is what its nodes do not resolve: the sums take it as it is,
-    and the model's phase needs to be smooth only as a difference from the reference.
-    """
-    found = _factorize(sums(image, weights, reference, rough), jnp.sum(weights * image**2), reference)
-    return found._replace(rough=rough)
+    """Moments from their sums about a reference phase (`fringe_sums.Sums`)."""
+    return _factorize(jnp.asarray(sums), jnp.asarray(square), jnp.asarray(reference))
 
 
 @jax.jit
 def _factorize(table: Float[Array, "8 degrees degrees"], square: Float[Array, ""], reference) -> Moments:
-    # Apart from the sums: this part does not depend on the image's shape, and compiles once.
     w, wc, ws, wc2, ws2, wd, wdc, wds = table
     low, high = degrees(BACKGROUND), degrees(ENVELOPE)
     cross = jnp.concatenate([_gram(wc, low, high), -_gram(ws, low, high)], axis=1)
@@ -132,13 +82,7 @@ def _factorize(table: Float[Array, "8 degrees degrees"], square: Float[Array, ""
     # Cholesky's factor where the basis is well determined, which is quicker; eigenvectors where it is not.
     sound = jnp.isfinite(lower).all() & (pivots.min() > _SOUND * pivots.max())
     root, target = jax.lax.cond(sound, _by_cholesky, _by_eigenvectors, gram, lower, data)
-    return Moments(
-        root=root,
-        target=target,
-        rest=square - target @ target,
-        reference=reference,
-        power=square - wd[0, 0] ** 2 / w[0, 0],
-    )
+    return Moments(root, target, square - target @ target, reference)
 
 
 def _by_cholesky(gram, lower, data):
@@ -169,19 +113,3 @@ def model_coefficients(background, modulus, phase, reference) -> Float[Array, " 
 def residuals(kept: Moments, coefficients: Float[Array, " basis"]) -> Float[Array, " basis"]:
     """Numbers whose squares sum to chi-squared less `kept.rest`."""
     return kept.root @ coefficients - kept.target
-
-
-@partial(jax.jit, static_argnames="shape")
-def synthesize(background, modulus, phase, shape: tuple[int, int], rough=None) -> Float[Array, "rows columns"]:
-    """The model at every pixel; arguments as in `model_coefficients`, `rough` as in `Moments`."""
-    low = degrees(BACKGROUND)
-    table = jnp.zeros((BACKGROUND + 1,) * 2).at[low[:, 0], low[:, 1]].set(background)
-    (smooth,) = chebyshev.expand(table[None], shape)
-    size, turns = chebyshev.expand(chebyshev.coefficients(jnp.stack([modulus, phase])), shape)
-    return smooth + size * cos_turns(turns if rough is None else turns + rough)
-
-
-@partial(jax.jit, static_argnames="shape")
-def at_pixels(values: Float[Array, " nodes"], shape: tuple[int, int]) -> Float[Array, "rows columns"]:
-    """A field given at the nodes, at every pixel."""
-    return chebyshev.expand(chebyshev.coefficients(values[None]), shape)[0]

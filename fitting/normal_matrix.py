@@ -133,10 +133,17 @@ def normal_matrix(solution: Solution) -> NormalMatrix:
     )
 
 
-def bends(solution: Solution, phases: Float64[np.ndarray, "nodes n"]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Bends of the phase [turns] as columns beside the unknowns: crossed with them, among themselves, and Jᵀ W r."""
-    normal = solution.normal
-    columns = bent(solution.point.modulus, solution.fields.phase - normal.reference, phases)
+def bends(
+    solution: Solution, phases: Float64[np.ndarray, "nodes n"], fades: Float64[np.ndarray, "nodes n"] | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Changes of the phase [turns] and of the contrast [share of it] at the nodes as columns beside the unknowns.
+
+    Returns their products with the unknowns' columns and among themselves, and Jᵀ W r.
+    """
+    normal, modulus, away = solution.normal, solution.point.modulus, solution.fields.phase - solution.normal.reference
+    columns = bent(modulus, away, phases)
+    if fades is not None:
+        columns = columns + tilted(modulus[:, None] * fades, away)
     edge, count = _edge(solution), len(NUMBERS)
     changed = normal.fringes @ columns
     numbers = edge.T @ changed

@@ -2,17 +2,17 @@
 
 from dataclasses import replace
 
-import jax.numpy as jnp
 import numpy as np
 
-from fitting import least_squares as ls
-from fitting.illumination import Fitted, numbers_of
-from fitting.models import NUMBERS, SceneModel, as_arrays, change, held_numbers, localize, on_object, quantities_of
-from fitting.moments import model_coefficients, residuals
+from fitting import gap_phase
+from fitting.illumination import Fitted
+from fitting.models import NUMBERS, GapModel, SceneModel, change, held_numbers, quantities_of
+from fitting.normal_matrix import bends
+from fitting.phases import fringes_of
 from fitting.quantity import EXPONENTS, Quantities, held_turns, lensless
 from fitting.result import Parameter, interval
 from fitting.scene_start import gap_height
-from fitting.smoothing import pixels_of
+from fitting.smoothing import thin
 
 _WARP_NAMES = ("stretch", "shear", "distortion", "contact_radius", "distortion_fifth_order")
 
@@ -22,7 +22,7 @@ def measured(
 ) -> dict:
     """The numbers of a `FitResult`, by name; `rows`: (source, deviation of the first number) of the image itself."""
     model, frame = found.model, found.model.frame
-    free = numbers_of(found)
+    free = found.numbers
     centre = tuple(float(m + c * frame.unit) for m, c in zip(frame.middle, free[1:3], strict=True))
     if isinstance(model, SceneModel):
         values, slope, gap, period = _of_scene(model, known, free)
@@ -119,7 +119,7 @@ def _on_plate(known: Quantities, values: dict[str, float], budget: list) -> tupl
 
 def _on_the_mean(found: Fitted, common: dict, spread: np.ndarray, units: np.ndarray, moving: list[int]) -> dict:
     """Fringe scale, its deviation and the covariance, where the scale is that of the mean of the field."""
-    free, scale = numbers_of(found), common["fringe_scale_per_px2"]
+    free, scale = found.numbers, common["fringe_scale_per_px2"]
     mean, step = _mean_scale(found, free), 1e-5
     slope = np.array(
         [(_mean_scale(found, free + e) - _mean_scale(found, free - e)) / (2 * step) for e in step * np.eye(len(free))]
@@ -140,17 +140,20 @@ def _on_the_mean(found: Fitted, common: dict, spread: np.ndarray, units: np.ndar
 def _mean_scale(found: Fitted, free: np.ndarray) -> float:
     """What a distortion makes of the scale on the mean of the field: slope of the object's r² over the image's."""
     model = found.model
-    x, y = pixels_of(found.weights > 0)
+    if not isinstance(model, GapModel):
+        return 1.0
+    rows, columns = np.nonzero(found.left.weights[thin(found.left.weights > 0, 20_000)] > 0)
+    step = thin(found.left.weights > 0, 20_000)[0].step
+    x, y = found.reduced.grid.x[columns * step], found.reduced.grid.y[rows * step]
     here = [free[k + 1] * model.frame.unit + model.frame.middle[k] for k in (0, 1)]
     seen = (x - here[0]) ** 2 + (y - here[1]) ** 2
-    dx, dy = (np.asarray(table) for table in on_object(model.frame, x, y, jnp.asarray(free)))
     seen = seen - seen.mean()
-    return float(seen @ (dx * dx + dy * dy) / (seen @ seen))
+    return float(seen @ gap_phase.squared_distance(model, x, y, free) / (seen @ seen))
 
 
 def _disc(found: Fitted, values: dict[str, float]) -> tuple[float, float]:
     """Radius of a contact [m], or [px] without a scale, and its change per unit of the contact's number."""
-    square, unit = float(numbers_of(found)[7]), found.model.frame.unit * values.get("pixel_size", 1.0)
+    square, unit = float(found.numbers[7]), found.model.frame.unit * values.get("pixel_size", 1.0)
     if not square > 0:
         return 0.0, 0.0
     return float(np.sqrt(square)) * unit, unit / (2 * float(np.sqrt(square)))
@@ -198,31 +201,30 @@ def _of_scene(model: SceneModel, known: Quantities, free: np.ndarray):
 def _effect(found: Fitted, known: Quantities, name: str) -> float:
     """Relative change of the measured quantity per relative change of a given one, at the optimum.
 
-    -pinv(J) ∂r/∂p, the implicit function theorem for Gauss and Newton's normal equations, gives the change of the
-    first free number; ∂r/∂p is a central difference of 1e-5, small against a turn and large against rounding.
+    -(JᵀJ)⁻¹ Jᵀ ∂r/∂p, the implicit function theorem for Gauss and Newton's normal equations, gives the change of the
+    first free number; the phase's and the contrast's changes are central differences of 1e-5, small against a turn and
+    large against rounding.
     """
-    unknowns, model = found.solution.unknowns, found.model
-    first = float(unknowns.model[0])
+    model, first = found.model, float(found.numbers[0])
 
-    def left(factor):
-        free = unknowns.model
+    def fields(factor):
+        free, moved = found.numbers.copy(), model
         if not isinstance(model, SceneModel):
             changed = replace(known, given={**known.given, name: known.given[name] * factor})
-            sphere = changed.sphere(first / model.frame.unit**2)
-            moved = replace(model, sphere=sphere, plate=changed.plate_curvature)
+            moved = replace(model, sphere=changed.sphere(first / model.frame.unit**2), plate=changed.plate_curvature)
             if "gap" in found.fixed:
-                free = free.at[3].add(held_turns(found.fixed, changed) - held_turns(found.fixed, known))
+                free[3] += held_turns(found.fixed, changed) - held_turns(found.fixed, known)
         elif name == "pixel_size":
             moved = replace(model, pixel_size=model.pixel_size * factor)
         else:
             moved = replace(model, scene=change(model.scene, name, factor, model.face))
-        image = ls.fields(localize(as_arrays(moved), free), unknowns._replace(model=free))
-        return np.asarray(residuals(found.kept, model_coefficients(*image, found.kept.reference)))
+        at = fringes_of(moved).fields(free)
+        return at.phase, np.ones_like(at.phase) if at.contrast is None else at.contrast
 
     step = 1e-5
-    slope = (left(1 + step) - left(1 - step)) / (2 * step)
-    jacobian = np.asarray(found.solution.jacobian)[:, np.asarray(found.solution.active)]
-    moved = float(-np.linalg.lstsq(jacobian, slope, rcond=1e-12)[0][0])
+    (phase, contrast), (other, other_contrast) = fields(1 + step), fields(1 - step)
+    bend, fade = (phase - other) / (2 * step), (contrast - other_contrast) / (contrast + other_contrast) / step
+    moved = float(found.matrix.shift(bends(found.solution, bend[:, None], fade[:, None])[0][:, 0])[0])
     if isinstance(model, SceneModel):
         return moved / (1 + first)
     return (moved / first - EXPONENTS[name]) / EXPONENTS[known.measured]

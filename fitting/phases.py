@@ -1,23 +1,40 @@
 """The models of `models` as the solver takes them: on the nodes of one grid."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import jax.numpy as jnp
 import numpy as np
 
 from fitting import gap_phase
 from fitting.elimination import Fields
 from fitting.fringe_sums import PhaseAt
-from fitting.models import NUMBERS, Frame, GapModel
+from fitting.models import NUMBERS, Frame, GapModel, SceneModel, as_arrays, localize
 from fitting.reduction import Grid
 
 _CONTACT = NUMBERS.index("contact")
 
 
-def frame_on(grid: Grid) -> Frame:
-    """The nodes of a grid's box; positions are counted from the middle of its frame, in half diagonals."""
+def frame_on(grid: Grid, numbers: np.ndarray | None = None) -> Frame:
+    """The nodes of a grid's box; positions are counted from the middle of its frame, in half diagonals.
+
+    `numbers`: of r² fringes whose contrast the grid's blocks lower.
+    """
     half_y, half_x = ((n - 1) / 2 for n in grid.shape)
-    return Frame(*grid.nodes, (half_x, half_y), float(np.hypot(half_x, half_y)))
+    frame = Frame(*grid.nodes, (half_x, half_y), float(np.hypot(half_x, half_y)), float(grid.block))
+    return frame if numbers is None or grid.block == 1 else frame._replace(contrast=_block_contrast(frame, numbers))
+
+
+def _block_contrast(frame: Frame, numbers: np.ndarray) -> np.ndarray:
+    """What means over blocks leave of the contrast of r² fringes at the nodes: sin(π b f) / (b sin π f) a side.
+
+    f is the fringes' frequency along the side [cycles per pixel].
+    """
+    k, left = numbers[0] / frame.unit**2, np.ones(len(frame.x))
+    for at, middle, offset in zip((frame.x, frame.y), frame.middle, numbers[1:3], strict=True):
+        turn = np.pi * np.clip(2 * k * (at - middle - offset * frame.unit), -0.45 / frame.block, 0.45 / frame.block)
+        left *= np.sinc(frame.block * turn / np.pi) / np.sinc(turn / np.pi)
+    return left
 
 
 class AbstractFringes(ABC):
@@ -32,44 +49,55 @@ class AbstractFringes(ABC):
         """The phase at any position, where the nodes do not resolve it; None where they do."""
 
 
+def fringes_of(model: GapModel | SceneModel) -> AbstractFringes:
+    """A model for the solver."""
+    return GapFringes(model) if isinstance(model, GapModel) else BenchFringes(model)
+
+
+def moved_to(model: GapModel | SceneModel, grid: Grid, numbers: np.ndarray | None = None) -> GapModel | SceneModel:
+    """The same model on the nodes of another grid; `numbers` as in `frame_on`."""
+    return replace(model, frame=frame_on(grid, numbers))
+
+
 @dataclass(frozen=True)
 class GapFringes(AbstractFringes):
-    """The gap formula at the nodes of its frame, as blocks of pixels show it.
-
-    `block` [px]: a mean over it adds the phase's second derivatives times (block² - 1) / 24, for r² fringes 4 k
-    together; `contrast` at the nodes: what it leaves of the contrast (`block_contrast`), None for all.
-    """
+    """The gap formula at the nodes of its frame."""
 
     model: GapModel
-    block: int = 1
-    contrast: np.ndarray | None = None
 
     def fields(self, numbers: np.ndarray) -> Fields:
-        phase, slopes = gap_phase.phase_and_slopes(self.model, self.model.frame.x, self.model.frame.y, numbers)
+        frame = self.model.frame
+        phase, slopes = gap_phase.phase_and_slopes(self.model, frame.x, frame.y, numbers)
         slopes = np.stack(slopes, axis=1)
         slopes[:, 0] += self._shift
-        return Fields(phase + self._shift * numbers[0], slopes, self.contrast)
+        return Fields(phase + self._shift * numbers[0], slopes, frame.contrast)
 
     def edges(self, numbers: np.ndarray) -> PhaseAt | None:
         if not numbers[_CONTACT] > 0:
             return None
-        shift = self._shift * numbers[0]
-        return lambda x, y: gap_phase.phase(self.model, x, y, numbers) + shift
+        return lambda x, y: gap_phase.phase(self.model, x, y, numbers) + self._shift * numbers[0]
+
+    def slopes_at(self, x: np.ndarray, y: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Phase of blocks [turns] and its derivatives by each number at any position [px]."""
+        phase, slopes = gap_phase.phase_and_slopes(self.model, x, y, numbers)
+        slopes[0] = slopes[0] + self._shift
+        return phase + self._shift * numbers[0], slopes
 
     @property
     def _shift(self) -> float:
-        return (self.block**2 - 1) / 6 / self.model.frame.unit**2
+        return (self.model.frame.block**2 - 1) / (6 * self.model.frame.unit**2)
 
 
-def block_contrast(frame: Frame, block: int, numbers: np.ndarray) -> np.ndarray | None:
-    """What means over blocks leave of the contrast of r² fringes at the nodes: sin(π b f) / (b sin π f) a side.
+@dataclass(frozen=True)
+class BenchFringes(AbstractFringes):
+    """A traced bench at the nodes of its frame."""
 
-    f is the fringes' frequency along the side [cycles per pixel].
-    """
-    if block == 1:
+    model: SceneModel
+
+    def fields(self, numbers: np.ndarray) -> Fields:
+        local = localize(as_arrays(self.model), jnp.asarray(numbers))
+        value, slope = np.asarray(local.value), np.asarray(local.slope)
+        return Fields(value[0], slope[0], value[1], slope[1])
+
+    def edges(self, numbers: np.ndarray) -> PhaseAt | None:  # noqa: ARG002  # a bench has no contact
         return None
-    k, left = numbers[0] / frame.unit**2, np.ones(len(frame.x))
-    for at, middle, offset in zip((frame.x, frame.y), frame.middle, numbers[1:3], strict=True):
-        turn = np.pi * np.clip(2 * k * (at - middle - offset * frame.unit), -0.45 / block, 0.45 / block)
-        left *= np.sinc(block * turn / np.pi) / np.sinc(turn / np.pi)
-    return left

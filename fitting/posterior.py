@@ -1,5 +1,6 @@
 """The posterior of a fit's numbers on fringe moments: the image's exact likelihood, without the image."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import equinox as eqx
@@ -8,10 +9,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from fitting import least_squares as ls
-from fitting.illumination import Fitted, numbers_of
+from fitting.elimination import CONTRAST, contrast_at_nodes
+from fitting.fringe_sums import sums
+from fitting.illumination import Fitted
 from fitting.models import NUMBERS, GapModel, SceneModel, as_arrays, change, held_numbers, quantities_of
-from fitting.moments import BACKGROUND, Moments, degrees, model_coefficients
+from fitting.moments import BACKGROUND, Moments, degrees, model_coefficients, moments
+from fitting.normal_matrix import bends
 from fitting.quantity import Quantities, held_turns
 
 # A phase further from the moments' reference [turns] is not resolved by their basis: a cubic drift of so much puts
@@ -97,8 +100,8 @@ def posterior(found: Fitted, known: Quantities, variance: float, covariance: np.
     inner = covariance[np.ix_(moving, moving)]
     target = Posterior(
         model=as_arrays(found.model),
-        kept=found.kept,
-        optimum=jnp.asarray(numbers_of(found)),
+        kept=_moments(found),
+        optimum=jnp.asarray(found.numbers),
         spread=jnp.asarray(np.linalg.cholesky(inner)),
         variance=jnp.asarray(variance),
         relative_sd=jnp.asarray([known.sd[name] / known.given[name] for name in given]),
@@ -112,17 +115,23 @@ def posterior(found: Fitted, known: Quantities, variance: float, covariance: np.
     return eqx.tree_at(lambda t: t.lean, target, _lean(target, found)) if given else target
 
 
+def _moments(found: Fitted) -> Moments:
+    """Moments with the fit's weights about its phase, in double precision: a chain takes differences of them."""
+    phase, numbers = found.solution.fields.phase, found.numbers
+    light, weights = found.reduced.light.astype(float), found.left.weights.astype(float)
+    weighted = replace(found.reduced, light=light, weights=weights)
+    return moments(*sums(weighted, phase, found.solution.problem.phase.edges(numbers)))
+
+
 def _lean(target: Posterior, found: Fitted) -> Float[Array, "moving given"]:
     """How the optimum moves with each given quantity, per standard deviation: the implicit function theorem.
 
     Else a held gap of many waves, or a bench, would leave a ridge that no ensemble finds its way along.
     """
     origin, unit = jnp.zeros(target.dimensions), jnp.eye(target.dimensions)[len(target.moving) :]
-    bends = jax.vmap(lambda e: jax.jvp(lambda p: target._fields(p)[0], (origin,), (e,))[1])(unit)
-    changes = np.asarray(ls.responses(found.solution, found.kept, bends)[1])
-    active = np.asarray(found.solution.active)
-    steps = np.linalg.lstsq(np.asarray(found.solution.jacobian)[:, active], -changes.T, rcond=1e-12)[0]
-    return jnp.asarray(steps[np.searchsorted(np.flatnonzero(active), target.moving)])
+    changes = jax.vmap(lambda e: jax.jvp(lambda p: target._fields(p)[0], (origin,), (e,))[1])(unit)
+    steps = found.matrix.shift(bends(found.solution, np.asarray(changes).T)[0])
+    return jnp.asarray(steps[np.searchsorted(np.flatnonzero(found.matrix.active), target.moving)])
 
 
 def _with(model: GapModel | SceneModel, unknown: str | None, factors: dict) -> GapModel | SceneModel:
@@ -147,8 +156,8 @@ def _with(model: GapModel | SceneModel, unknown: str | None, factors: dict) -> G
 def _marginal(kept: Moments, phase, contrast, shape: tuple[int, int]) -> tuple[Float[Array, ""], Float[Array, ""]]:
     """Chi-squared of the best background and contrast (less a constant), and log det of their normal matrix."""
     low = int((degrees(BACKGROUND).sum(axis=1) <= shape[0]).sum())  # lowest degrees come first
-    high = int((degrees(ls.CONTRAST).sum(axis=1) <= shape[1]).sum())
-    shapes = contrast[:, None] * jnp.asarray(ls.contrast_at_nodes()[:, :high])
+    high = int((degrees(CONTRAST).sum(axis=1) <= shape[1]).sum())
+    shapes = contrast[:, None] * jnp.asarray(contrast_at_nodes()[:, :high])
     nothing = jnp.zeros(len(degrees(BACKGROUND)))
     fringes = jax.vmap(lambda s: model_coefficients(nothing, s, phase, kept.reference), 1, 1)(shapes)
     columns = jnp.concatenate([kept.root[:, :low], kept.root @ fringes], axis=1)

@@ -107,23 +107,30 @@ def block_size(finest: float) -> int:
     return max(1, int(CYCLES / max(finest, 1e-9)))
 
 
-def reduce(photograph: Photograph, block: int, mask: np.ndarray | None = None) -> Reduced:
-    """The photograph in blocks of so many pixels to a side; `mask` in place of the photograph's own.
+def reduce(photograph: Photograph, block: int, dtype: type[np.floating] = np.float32) -> Reduced:
+    """The photograph in blocks of so many pixels to a side; `dtype`: what is computed in from here on.
 
-    Read by bands of rows: nothing of the frame's size is made in float64. Raises ValueError where no block is used.
+    Read by bands of rows: nothing of the frame's size is made in float64 unless asked for. Raises ValueError where no
+    block is used.
     """
-    mask = photograph.mask if mask is None else mask
+    mask = photograph.mask
     shape = (mask.shape[0], mask.shape[1])
-    counts = np.zeros([-(-n // block) for n in shape], np.float32)
+    counts = np.zeros([-(-n // block) for n in shape], dtype)
     light = np.zeros_like(counts)
     step = max(1, _BAND // block)
     for first in range(0, len(counts), step):
         start, stop = first * block, min((first + step) * block, shape[0])
         used = mask[start:stop]
-        image = np.where(used, photograph.light_rows(start, stop), np.float32(0))
+        image = np.where(used, _light(photograph, start, stop, dtype), dtype(0))
         light[first : first + step] = _totals(image, block)
-        counts[first : first + step] = used if block == 1 else _totals(used.astype(np.float32), block)
+        counts[first : first + step] = used if block == 1 else _totals(used.astype(dtype), block)
     return _cut(shape, block, light, counts)
+
+
+def _light(photograph: Photograph, start: int, stop: int, dtype: type[np.floating]) -> np.ndarray:
+    if dtype is np.float32:
+        return photograph.light_rows(start, stop)
+    return photograph.codes.light((slice(start, stop), slice(None)))
 
 
 def _totals(image: np.ndarray, block: int) -> np.ndarray:
@@ -151,8 +158,9 @@ def _cut(shape: tuple[int, int], block: int, light: np.ndarray, counts: np.ndarr
     box = tuple((int(at[0]), int(at[-1]) + 1) for at in (rows, columns))
     inside = tuple(slice(*ends) for ends in box)
     good, counts, light = good[inside], counts[inside], light[inside]
-    weights = np.where(good, counts / np.float32(block**2), np.float32(0))
+    zero = light.dtype.type(0)
+    weights = np.where(good, counts / light.dtype.type(block**2), zero)
     mean = light / np.maximum(counts, 1)
     offset = float((mean * weights).sum(dtype=float) / weights.sum(dtype=float))
-    light = np.where(good, mean - np.float32(offset), np.float32(0))
+    light = np.where(good, mean - light.dtype.type(offset), zero)
     return Reduced(Grid(shape, block, *box), light, weights, offset)

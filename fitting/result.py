@@ -1,10 +1,12 @@
 """What a fit returns: numbers with their standard deviations, the reason where there are none, and a report."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from fitting import pictures
 from fitting.illumination import Fitted
 from fitting.photo import Photograph
 from fitting.quantity import Quantities
@@ -41,12 +43,25 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Picture:
-    """What the pictures are drawn from: photograph, model image, and the phase of the rings [turns] at every pixel."""
+    """What the pictures are drawn from: the photograph, and of its fit what is asked for, at every pixel.
+
+    `fitted`: the model image; `phase`: of the rings [turns]; `weights`: of the pixels.
+    """
 
     photograph: Photograph
-    fitted: np.ndarray
-    phase: np.ndarray
-    weights: np.ndarray
+    found: Fitted
+
+    @cached_property
+    def fitted(self) -> np.ndarray:
+        return pictures.fitted(self.found, self.phase)
+
+    @cached_property
+    def phase(self) -> np.ndarray:
+        return pictures.phase(self.found)
+
+    @cached_property
+    def weights(self) -> np.ndarray:
+        return pictures.weights(self.found, self.photograph.mask)
 
 
 class Evidence(NamedTuple):

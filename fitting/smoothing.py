@@ -6,10 +6,6 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 from scipy import ndimage
 
-# Residuals are averaged over blocks of this many pixels a side to see whether neighbours err together.
-_BLOCK = 16
-_SIZES = (16, 32, 64, 128, 256)
-
 
 def flatten(image: np.ndarray, mask: np.ndarray, window: tuple[np.ndarray, np.ndarray] | None = None) -> np.ndarray:
     """Fringes alone: a masked polynomial background taken off, the local strength divided out, a soft window on.
@@ -87,26 +83,3 @@ def noise_variance(image: np.ndarray, mask: np.ndarray) -> float:
     if whole.sum() < 16:
         return 0.0
     return float(1.4826 * np.median(np.abs(four[whole]))) ** 2 / 4
-
-
-def correlation(residual: np.ndarray, weights: np.ndarray, sizes: tuple[int, ...] = (_BLOCK,)) -> float:
-    """By how much errors that neighbours share raise the variance of smooth quantities; 1 for white noise.
-
-    Block means of white residuals have 1/n of the pixels' variance. A ratio within three standard errors of 1 is 1; of
-    several sizes of blocks [px] the largest ratio counts.
-    """
-    variance = (weights * residual**2).sum() / max(weights.sum(), 1e-300)
-    found = 1.0
-    for size in sizes:
-        weight, total = (reduce(table, size) * size**2 for table in (weights, weights * residual))
-        whole = weight > 0.5 * size**2
-        if whole.sum() < 8 or variance == 0:
-            continue
-        ratio = float(np.mean(total[whole] ** 2 / weight[whole]) / variance)
-        found = max(found, ratio) if ratio > 1 + 3 * np.sqrt(2 / whole.sum()) else found
-    return found
-
-
-def fringe_correlation(residual: np.ndarray, weights: np.ndarray, phase: np.ndarray) -> float:
-    """The same for a fringe's place: of the residual in quadrature to the fringes, whose phase [turns] is given."""
-    return correlation(residual * np.sin(2 * np.pi * phase), weights, _SIZES)

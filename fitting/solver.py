@@ -27,7 +27,7 @@ from fitting.elimination import (
     image_of,
     normal_equations,
 )
-from fitting.fringe_sums import Image, Sums, sums
+from fitting.fringe_sums import Image, sums
 from fitting.models import NUMBERS
 from fitting.moments import BACKGROUND
 from fitting.phases import AbstractFringes
@@ -38,7 +38,7 @@ from fitting.reduction import Reduced
 _FAR, _NEAR, _NEAR_EDGE = 0.45, 0.1, 0.003
 # A step that promises a smaller drop of chi-squared [variances] is the last one.
 TOLERANCE = 1e-4
-_STEPS, _ROUNDS = 60, 40
+_STEPS, _ROUNDS = 100, 40
 # What single precision leaves of the sum of squares.
 _ROUNDING = 1e-9
 
@@ -77,7 +77,7 @@ class Solution:
 
     - `normal`: the moments that it is the optimum of; `point`: chi-squared and its derivatives there.
     - `converged`; `excursion`: largest distance of the phase from the moments' reference, over the nodes [turns].
-    - `weight`: sum of the weights.
+    - `weight`: sum of the weights; `steps`: that were made on these moments.
     """
 
     problem: Problem
@@ -89,6 +89,7 @@ class Solution:
     converged: bool
     excursion: float
     weight: float
+    steps: int = 0
 
     def __getitem__(self, name: str) -> float:
         """A number by its name in `models.NUMBERS`."""
@@ -111,27 +112,34 @@ def solve(
     start: Float64[np.ndarray, " numbers"],
     *,
     tolerance: float = TOLERANCE,
-    first: Sums | None = None,
+    first: Normal | None = None,
     rounds: int = _ROUNDS,
+    near: float | None = None,
+    steps: int = _STEPS,
 ) -> Solution:
     """The optimum next to a start, on moments that follow it.
 
-    `first`: moments about the phase of the start, where there are any; `rounds`: how often new ones are taken, at most.
+    `first`: moments about the phase of the start, where there are any; `rounds`: how often new ones are taken, at most;
+    `near`: how far from them the optimum's phase may be [turns], 0.1 and with an edge 0.003 unless given; `steps`: in
+    all. What runs out of them ends, not converged, where it is.
     """
-    numbers, left = np.array(start, float), rounds
+    numbers, left, spent = np.array(start, float), rounds, 0
     while True:
         edges = problem.phase.edges(numbers)
         if first is None:
-            first = sums(reduced, problem.phase.fields(numbers).phase, edges)
-        solution = descend(problem, normal_equations(first), numbers, tolerance)
-        if solution.excursion < (_NEAR if edges is None else _NEAR_EDGE) or not np.isfinite(solution.chi2):
+            first = normal_equations(sums(reduced, problem.phase.fields(numbers).phase, edges))
+        solution = descend(problem, first, numbers, tolerance, steps - spent)
+        spent += solution.steps
+        if solution.excursion < (near or (_NEAR if edges is None else _NEAR_EDGE)) or not np.isfinite(solution.chi2):
             return solution
         numbers, first, left = solution.numbers, None, left - 1
-        if left == 0:
+        if left == 0 or spent >= steps:
             return replace(solution, converged=False)
 
 
-def descend(problem: Problem, normal: Normal, start: np.ndarray, tolerance: float = TOLERANCE) -> Solution:
+def descend(
+    problem: Problem, normal: Normal, start: np.ndarray, tolerance: float = TOLERANCE, steps: int = _STEPS
+) -> Solution:
     """The optimum on given moments, by Gauss and Newton's steps, damped where they overshoot (Marquardt 1963).
 
     Ends, converged, at the edge of what the moments hold too: new ones are to be taken there.
@@ -141,8 +149,8 @@ def descend(problem: Problem, normal: Normal, start: np.ndarray, tolerance: floa
     moving = np.flatnonzero(problem.moving)
     centre, cost = problem.pull
     numbers, damping, converged = np.array(start, float), 0.0, False
-    fields, point = _at(problem, rest, numbers)
-    for _ in range(_STEPS):
+    fields, point, made = *_at(problem, rest, numbers), 0
+    for made in range(1, steps + 1):  # noqa: B007  # told in the solution
         matrix = point.matrix[np.ix_(moving, moving)] + np.diag(cost[moving])
         gradient = (point.gradient - cost * (numbers - centre))[moving]
         step = _step(matrix, gradient, damping)
@@ -170,13 +178,34 @@ def descend(problem: Problem, normal: Normal, start: np.ndarray, tolerance: floa
             break
         if damping > 1e8:
             break
-    away = float(np.abs(fields.phase - normal.reference).max())
-    return Solution(problem, numbers, normal, fields, point, background_of(rest, point), converged, away, weight)
+    return _solution(problem, rest, numbers, fields, point, converged, made)
+
+
+def stay(problem: Problem, normal: Normal, numbers: np.ndarray, converged: bool = True) -> Solution:
+    """The best illumination for given numbers, on moments about their phase."""
+    rest = eliminate(normal, problem.degrees[0])
+    return _solution(problem, rest, numbers, *_at(problem, rest, numbers), converged)
+
+
+def _solution(
+    problem: Problem,
+    rest: Eliminated,
+    numbers: np.ndarray,
+    fields: Fields,
+    point: Point,
+    converged: bool,
+    steps: int = 0,
+) -> Solution:
+    normal = rest.normal
+    away, weight = float(np.abs(fields.phase - normal.reference).max()), float(normal.smooth[0, 0])
+    return Solution(problem, numbers, normal, fields, point, background_of(rest, point), converged, away, weight, steps)
 
 
 def _at(problem: Problem, rest: Eliminated, numbers: np.ndarray) -> tuple[Fields, Point]:
-    fields = problem.phase.fields(numbers)
-    return fields, evaluate(rest, fields, problem.degrees[1])
+    # A step may lead anywhere: what is no number there is no better, and the step is not taken.
+    with np.errstate(over="ignore", invalid="ignore"):
+        fields = problem.phase.fields(numbers)
+        return fields, evaluate(rest, fields, problem.degrees[1])
 
 
 def _objective(point: Point, numbers: np.ndarray, centre: np.ndarray, cost: np.ndarray) -> float:
@@ -185,8 +214,11 @@ def _objective(point: Point, numbers: np.ndarray, centre: np.ndarray, cost: np.n
 
 
 def _step(matrix: np.ndarray, gradient: np.ndarray, damping: float) -> np.ndarray:
-    size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    size = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    size = np.where(size > 0, size, 1.0)
     scaled = matrix / np.outer(size, size) + damping * np.eye(len(size))
+    if not np.isfinite(scaled).all():
+        return np.full(len(size), np.nan)
     return np.linalg.lstsq(scaled, gradient / size, rcond=1e-14)[0] / size
 
 

@@ -4,19 +4,21 @@ import time
 
 import numpy as np
 
-from fitting import least_squares as ls
-from fitting.illumination import Fitted
+from fitting.correlation import fringe_correlation
+from fitting.fringe_sums import Residuals
+from fitting.illumination import Fitted, finest
 from fitting.models import SceneModel
 from fitting.numbers import measured
 from fitting.photo import Photograph
 from fitting.quantity import Quantities
 from fitting.result import Evidence, FitResult, Picture
 from fitting.selection import UNFITTED, Choice
-from fitting.smoothing import fringe_correlation, thin
 from fitting.uncertainty import image_rows
 
 # Fringes finer than this [cycles per pixel] are near the camera's limit of a half.
 _NYQUIST = 0.42
+# What single precision leaves of the sum of squares.
+_ROUNDING = 1e-14
 
 
 def refused(reason: str, photograph: Photograph, began: float) -> FitResult:
@@ -27,35 +29,34 @@ def refused(reason: str, photograph: Photograph, began: float) -> FitResult:
 def summarize(photograph: Photograph, known: Quantities, view: str, choice: Choice, began: float) -> FitResult:
     """The result of a fit that was not refused."""
     found, evidence, rivals = choice
-    pixels, floor = float(found.weights.sum()), 1e-14 * float(found.kept.power)
-    # Chi-squared is a difference of large sums: below their rounding nothing is known of it.
-    chi2, known_noise = max(float(found.solution.chi2), floor), float(found.solution.chi2) > floor
-    residual = photograph.image - found.fitted
-    inflation = fringe_correlation(residual, found.weights, found.phase) if known_noise else 1.0
-    variance = chi2 / max(pixels - float(np.sum(found.solution.active)), 1.0) * inflation
-    variance *= _of_biweight(residual, found.weights, photograph.mask) if known_noise else 1.0
+    # Below the rounding of single precision nothing is known of the residuals.
+    known_noise = found.chi2 > _ROUNDING * found.solution.normal.square
+    inflation = fringe_correlation(found.reduced.grid, found.left) if known_noise else 1.0
+    chi2 = max(found.chi2, _ROUNDING * found.solution.normal.square)
+    variance = chi2 / max(found.weight - float(np.sum(found.matrix.active)), 1.0) * inflation
+    variance *= _of_biweight(found.left, found.reduced.weights) if known_noise else 1.0
     warnings = [*photograph.warnings, *_warnings(inflation, known)]
     warnings += [f"{part}: {why}" for part, why in evidence.items() if why.startswith(UNFITTED)]
-    if float(found.solution.image[1].mean()) < 0:
+    if float(found.solution.point.modulus.mean()) < 0:
         warnings.append("the fringes are bright where the given gap makes them dark: check gap and view")
-    if (finest := _finest(found)) > _NYQUIST:
+    if (cycles := finest(found)) > _NYQUIST:
         warnings.append(
-            f"the finest fringes are {1 / finest:.2g} pixels wide, near the two below which they pass for wider "
+            f"the finest fringes are {1 / cycles:.2g} pixels wide, near the two below which they pass for wider "
             "ones: mask the rim, or take more pixels"
         )
-    picture = Picture(photograph, found.fitted, found.phase, found.weights)
+    picture = Picture(photograph, found)
     common = {
         "measured": known.unknown or "radius",
         "explained_variance": found.explained,
         "model": _model(found, photograph, known) | evidence,
         "picture": picture,
     }
-    if not bool(found.solution.converged):
+    if not found.converged:
         message = "least squares did not converge; mask what is not rings, or give start"
         return FitResult("not-converged", message, warnings=warnings, seconds=time.perf_counter() - began, **common)
     try:
-        covariance = ls.covariance(found.solution, variance)
-        rows = image_rows(found, photograph, variance, rivals, known.given.get("wavelength"))
+        covariance = found.matrix.covariance(variance)
+        rows = image_rows(found, variance, rivals, known.given.get("wavelength"))
     except np.linalg.LinAlgError as error:
         return FitResult(
             "refused", f"undetermined: {error}", warnings=warnings, seconds=time.perf_counter() - began, **common
@@ -69,22 +70,17 @@ def summarize(photograph: Photograph, known: Quantities, view: str, choice: Choi
     return FitResult(**numbers, warnings=warnings, seconds=seconds, evidence=seen, **common)
 
 
-def _of_biweight(residual: np.ndarray, weights: np.ndarray, mask: np.ndarray) -> float:
+def _of_biweight(left: Residuals, weights: np.ndarray) -> float:
     """By how much Tukey's estimate scatters more than least squares with its weights; 1 without outliers.
 
     E[ψ²] / E[ψ']² of ψ = w r, with w = (1 - u)² and ψ' = (1 - u)(1 - 5 u) (Huber 1981, Robust Statistics, 7.6).
+    `weights`: of the blocks alone.
     """
-    w, r = weights[mask], residual[mask]
-    slope = np.sqrt(w) * (5 * np.sqrt(w) - 4)
-    return float(((w * r) ** 2).sum() / slope.sum() ** 2 * w.sum() ** 2 / max((w * r * r).sum(), 1e-300))
-
-
-def _finest(found: Fitted) -> float:
-    """Largest frequency of the fringes where they were used [cycles per pixel]."""
-    sample = thin(found.weights > 0, 20_000)
-    rows, columns = (np.gradient(found.phase, axis=axis)[sample] for axis in (0, 1))
-    used = found.weights[sample] > 0
-    return float(np.percentile(np.hypot(rows, columns)[used], 99.9)) if used.any() else 0.0
+    used = weights > 0
+    share, r, block = (left.weights[used] / weights[used]).astype(float), left.value[used], weights[used].astype(float)
+    slope = block * np.sqrt(share) * (5 * np.sqrt(share) - 4)
+    spread, whole = (block * (share * r) ** 2).sum(), (block * share).sum()
+    return float(spread / slope.sum() ** 2 * whole**2 / max((block * share * r * r).sum(), 1e-300))
 
 
 def _warnings(inflation: float, known: Quantities) -> list[str]:
@@ -104,11 +100,18 @@ def _model(found: Fitted, photograph: Photograph, known: Quantities) -> dict[str
     rounded = f"degree {found.shape[0]} background, degree {found.shape[1]} contrast (least BIC)"
     sphere = "exact sphere" if known.unknown else "r² (no scale, so no sphere)"
     gap = f"2 n t at normal incidence, {sphere}"
-    outliers = "none weighted down" if np.all((found.weights == 0) | (found.weights == 1)) else "weighted down (Tukey)"
+    outliers = "none weighted down" if found.scale is None else "weighted down (Tukey)"
+    used = found.left.weights > 0
+    pixels = round(float(found.reduced.weights[used].sum(dtype=float)) * found.reduced.grid.block**2)
     return {
         "fringes": "traced bench" if isinstance(found.model, SceneModel) else gap,
         "illumination": rounded,
         "outliers": outliers,
         "channel": f"{photograph.channel}, transfer {photograph.transfer}",
-        "pixels": f"{int((found.weights > 0).sum())} of {found.weights.size}",
+        "pixels": f"{pixels} of {photograph.mask.size}{_in_blocks(found)}",
     }
+
+
+def _in_blocks(found: Fitted) -> str:
+    block = found.reduced.grid.block
+    return "" if block == 1 else f", means over {block} x {block}"

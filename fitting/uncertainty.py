@@ -1,16 +1,17 @@
 """What an image leaves uncertain of its first number, row by row: noise, parts of the model, and what it left out."""
 
+from dataclasses import replace
 from itertools import chain
 
-import jax.numpy as jnp
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 
-from fitting import least_squares as ls
-from fitting.illumination import Fitted, numbers_of
-from fitting.models import PARTS, as_arrays, localize
-from fitting.moments import BACKGROUND, degrees, moments
-from fitting.photo import Photograph
+from fitting.elimination import Normal, eliminate, evaluate, normal_equations
+from fitting.fringe_sums import sums
+from fitting.illumination import Fitted
+from fitting.models import PARTS
+from fitting.moments import BACKGROUND, degrees
+from fitting.normal_matrix import bends
 
 # A difference between two halves of the field beyond so many standard deviations is the model's, not the noise's.
 _APART = 3.0
@@ -27,7 +28,6 @@ _FIFTH = 2.0
 
 def image_rows(
     found: Fitted,
-    photograph: Photograph,
     variance: float,
     rivals: tuple[tuple[str, Fitted], ...],
     wavelength: float | None,
@@ -37,29 +37,28 @@ def image_rows(
     Noise with the parts' numbers held; then what each part's own numbers add; the law of a distortion; rival models
     that the image does not rule out; sodium's second line; and what halves of the field differ by beyond their noise.
     """
-    solution = found.solution
-    active = np.asarray(solution.active)
+    matrix, active = found.matrix, found.matrix.active
     own = list(chain.from_iterable(PARTS[part] for part in found.parts))
     plain = active.copy()
     plain[own] = False
-    before = _deviation(solution, plain, variance)
+    before = matrix.with_active(plain).deviation(0, variance)
     rows = [("noise", before)]
     for part in found.parts:
         if not PARTS[part]:
             continue
         plain[list(PARTS[part])] = active[list(PARTS[part])]
-        now = _deviation(solution, plain, variance)
+        now = matrix.with_active(plain).deviation(0, variance)
         rows.append((part, float(np.sqrt(max(now**2 - before**2, 0.0)))))
         before = max(now, before)
     if "distortion" in found.parts and "fifth order" not in found.parts:
         (fifth,) = PARTS["fifth order"]
-        law = min(_FIFTH * float(numbers_of(found)[6]) ** 2, _APART * _told(solution, fifth, variance))
+        law = min(_FIFTH * float(found.numbers[6]) ** 2, _APART * matrix.own_deviation(fifth, variance))
         rows.append(("distortion's law", abs(moved_by(found, fifth)) * law))
-    rows += [(name, abs(float(numbers_of(rival)[0] - numbers_of(found)[0]))) for name, rival in rivals]
+    rows += [(name, abs(float(rival.numbers[0] - found.numbers[0]))) for name, rival in rivals]
     if wavelength is not None and abs(wavelength - _SODIUM) < 0.6 * _LINES:
         row = _doublet(found)
         rows += [("sodium's two lines", row)] if row > 0 else []
-    if (apart := halves_apart(found, photograph, variance)) > 0:
+    if (apart := halves_apart(found, variance)) > 0:
         rows.append(("model, by halves of the field", apart))
     return rows
 
@@ -71,61 +70,38 @@ def _doublet(found: Fitted) -> float:
     and whose visibility falls as the second: the share of that fall which is seen is the share of the change that
     counts.
     """
-    order = np.asarray(found.solution.image[2]) - float(numbers_of(found)[3])
+    order = found.solution.fields.phase - float(found.numbers[3])
     apart = 2 * np.pi * order * _LINES / _SODIUM
     both = (2 * np.exp(1j * apart / 3) + np.exp(-2j * apart / 3)) / 3
     share = _faded(found, np.abs(both))
     if share == 0:
         return 0.0
     bend = np.angle(both) / (2 * np.pi)
-    change = np.asarray(ls.responses(found.solution, found.kept, jnp.asarray(bend[None]))[1])[0]
-    return share * abs(_pulled(found.solution, change))
+    return share * abs(float(found.matrix.shift(bends(found.solution, bend[:, None])[0][:, 0])[0]))
 
 
 def _faded(found: Fitted, wanted: np.ndarray) -> float:
     """How much of a visibility's fall, given at the nodes, the fringes show: 0 to 1."""
-    frame, background = found.model.frame, np.asarray(found.solution.image[0])
-    rows, columns = (
-        np.clip(np.round(at).astype(int), 0, n - 1)
-        for at, n in zip((frame.y, frame.x), found.weights.shape, strict=True)
-    )
-    used = found.weights[rows, columns] > 0
-    x, y = (at / middle - 1 for at, middle in zip((frame.x, frame.y), frame.middle, strict=True))
+    grid, (x, y) = found.reduced.grid, found.reduced.grid.nodes
+    rows, columns = (np.abs(at[:, None] - blocks).argmin(axis=1) for at, blocks in ((y, grid.y), (x, grid.x)))
+    used = found.left.weights[rows, columns] > 0
     low = degrees(BACKGROUND)
-    smooth = (chebvander(y, BACKGROUND)[:, low[:, 0]] * chebvander(x, BACKGROUND)[:, low[:, 1]]) @ background
+    along_y, along_x = (chebvander(grid.scaled(at, axis), BACKGROUND) for axis, at in enumerate((y, x)))
+    smooth = (along_y[:, low[:, 0]] * along_x[:, low[:, 1]]) @ found.solution.background + found.reduced.offset
     used &= smooth > 0.2 * np.max(smooth)
     if used.sum() < 10 or np.ptp(wanted[used]) < _FADING:
         return 0.0
-    seen = np.abs(np.asarray(found.solution.image[1]))[used] / smooth[used]
+    seen = np.abs(found.solution.point.modulus)[used] / smooth[used]
     fall = wanted[used] - wanted[used].mean()
     return float(np.clip((fall @ seen) / (fall @ fall) / seen.max(), 0.0, 1.0))
 
 
-def _deviation(solution: ls.Solution, active: np.ndarray, variance: float) -> float:
-    return float(np.sqrt(ls.covariance(solution._replace(active=jnp.asarray(active)), variance)[0, 0]))
-
-
-def _told(solution: ls.Solution, number: int, variance: float) -> float:
-    """Standard deviation that a number which is held would have if it were free."""
-    jacobian = np.asarray(solution.jacobian)
-    basis = np.linalg.qr(jacobian[:, np.asarray(solution.active)])[0]
-    column = jacobian[:, number]
-    own = float(np.linalg.norm(column - basis @ (basis.T @ column)))
-    return float(np.sqrt(variance)) / own if own > 0 else np.inf
-
-
 def moved_by(found: Fitted, number: int) -> float:
     """Change of the first number when another one that is held moves by one: the implicit function theorem."""
-    return _pulled(found.solution, np.asarray(found.solution.jacobian)[:, number])
+    return float(found.matrix.shift(found.matrix.matrix[:, number])[0])
 
 
-def _pulled(solution: ls.Solution, change: np.ndarray) -> float:
-    """Change of the first number that makes up for a change of the residuals, the others being free."""
-    jacobian = np.asarray(solution.jacobian)[:, np.asarray(solution.active)]
-    return -float(np.linalg.lstsq(jacobian, change, rcond=1e-12)[0][0])
-
-
-def halves_apart(found: Fitted, photograph: Photograph, variance: float) -> float:
+def halves_apart(found: Fitted, variance: float) -> float:
     """How far the first number is from that of the better half of the field, beyond what noise explains; 0 for nothing.
 
     The field is halved at its middle order, column and row. In each half one step of Gauss and Newton's method from
@@ -133,44 +109,44 @@ def halves_apart(found: Fitted, photograph: Photograph, variance: float) -> floa
     difference has the sum of both variances (Hausman's test, 1978); the whole field's number lies between the halves'
     as their variances say. The largest of the three ways to halve counts.
     """
-    solution = found.solution
-    active = np.asarray(solution.active).copy()
-    active[list(chain.from_iterable(PARTS[part] for part in found.parts))] = False
+    own = list(chain.from_iterable(PARTS[part] for part in found.parts))
+    moving = np.array([k for k in np.flatnonzero(found.solution.problem.moving) if k not in own])
     worst = 0.0
-    for inside in _halvings(found, photograph.mask):
-        first, second = (
-            _step(found, photograph, np.where(half, found.weights, 0.0), active) for half in (inside, ~inside)
-        )
-        if first is None or second is None:
+    for first, second in _halvings(found):
+        one, other = _step(found, first, moving), _step(found, second, moving)
+        if one is None or other is None:
             continue
-        (one, here), (other, there) = first, second
-        apart, noise = (one - other) ** 2, (here + there) * variance
-        if apart > max(_APART**2 * noise, (_ROUNDING * float(numbers_of(found)[0])) ** 2):
-            worst = max(worst, np.sqrt(apart - noise) * min(here, there) / (here + there))
+        apart, noise = (one[0] - other[0]) ** 2, (one[1] + other[1]) * variance
+        if apart > max(_APART**2 * noise, (_ROUNDING * float(found.numbers[0])) ** 2):
+            worst = max(worst, np.sqrt(apart - noise) * min(one[1], other[1]) / (one[1] + other[1]))
     return float(worst)
 
 
-def _halvings(found: Fitted, mask: np.ndarray) -> list[np.ndarray]:
-    """The field's first halves by order, column and row."""
-    rows, columns = np.nonzero(mask)
-    y, x = np.ogrid[: mask.shape[0], : mask.shape[1]]
-    tables = [found.phase, np.broadcast_to(x, mask.shape), np.broadcast_to(y, mask.shape)]
-    middles = [np.median(found.phase[rows, columns]), np.median(columns), np.median(rows)]
-    return [table <= middle for table, middle in zip(tables, middles, strict=True)]
+def _halvings(found: Fitted) -> list[tuple[Normal, Normal]]:
+    """Moments of the field's two halves by order, column and row."""
+    grid, used, weights = found.reduced.grid, found.reduced.used, found.left.weights
+    tables = [found.phase, np.broadcast_to(grid.x, used.shape), np.broadcast_to(grid.y[:, None], used.shape)]
+    phase, at = found.solution.fields.phase, found.solution.problem.phase.edges(found.numbers)
+    whole = sums(replace(found.reduced, weights=weights), phase, at)
+    halves = []
+    for table in tables:
+        inside = np.where(table <= np.median(table[used]), weights, np.float32(0))
+        first = sums(replace(found.reduced, weights=inside), phase, at)
+        second = whole._replace(table=whole.table - first.table, square=whole.square - first.square)
+        halves.append((normal_equations(first), normal_equations(second)))
+    return halves
 
 
-def _step(found: Fitted, photograph: Photograph, weights: np.ndarray, active: np.ndarray) -> tuple[float, float] | None:
+def _step(found: Fitted, normal: Normal, moving: np.ndarray) -> tuple[float, float] | None:
     """The first number's step in part of the field, and its variance per unit of the noise's; None without either."""
-    kept = found.kept
-    part = moments(jnp.asarray(photograph.image), jnp.asarray(weights), kept.reference, kept.rough)
-    local = localize(as_arrays(found.model), found.solution.unknowns.model)
-    left, jacobian = (np.asarray(table) for table in ls.tangent(local, part, found.solution.unknowns))
-    jacobian = jacobian[:, active]
-    length = np.linalg.norm(jacobian, axis=0)
-    if np.any(length == 0):
+    problem, fields = found.solution.problem, found.solution.fields
+    point = evaluate(eliminate(normal, problem.degrees[0]), fields, problem.degrees[1])
+    matrix = point.matrix[np.ix_(moving, moving)]
+    size = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    if not np.all(size > 0):
         return None
-    _, singular, right = np.linalg.svd(jacobian / length, full_matrices=False)
-    if singular[-1] < 1e-6 * singular[0]:
+    value, vector = np.linalg.eigh(matrix / np.outer(size, size))
+    if value[0] < 1e-12 * value[-1]:
         return None
-    inverse = (right.T / singular**2) @ right / np.outer(length, length)
-    return -float(inverse[0] @ (jacobian.T @ left)), float(inverse[0, 0])
+    inverse = (vector / value) @ vector.T / np.outer(size, size)
+    return float(inverse[0] @ point.gradient[moving]), float(inverse[0, 0])

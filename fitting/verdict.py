@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from fitting.illumination import FEW, Fitted, fringes_seen, numbers_of
+from fitting.correlation import correlation
+from fitting.illumination import FEW, Fitted
 from fitting.matched import Rings
 from fitting.photo import Photograph
 from fitting.quantity import Quantities, lensless
-from fitting.smoothing import correlation, noise_variance, pixels_of
+from fitting.smoothing import noise_variance, pixels_of
 from fitting.view import plane_wave, view_of
 
 # Fringes that explain less than this are looked at twice; less than that are none.
@@ -25,11 +26,10 @@ _STRUCTURE, _ALIKE = 0.02, 3.0
 def why_refused(found: Fitted, photograph: Photograph, rings: Rings) -> str:
     """Why no radius can be had from a fit of the gap formula; empty where one can."""
     frame = found.model.frame
-    turns, x, y, *_ = numbers_of(found)
+    turns, x, y, *_ = found.numbers
     scale = float(turns) / frame.unit**2
     centre = (frame.middle[0] + float(x) * frame.unit, frame.middle[1] + float(y) * frame.unit)
-    orders = fringes_seen(found.solution.image[2], photograph.mask)
-    explained = found.explained
+    orders, explained = found.orders, found.explained
     if not (np.isfinite(explained) and np.isfinite(scale)):
         return "the fit has no finite optimum: no rings were recognized"
     straight = plane_wave(view_of(photograph)) if explained < _POOR else 0.0
@@ -44,18 +44,17 @@ def why_refused(found: Fitted, photograph: Photograph, rings: Rings) -> str:
         return f"the image holds {orders:.2g} of a fringe; a radius needs at least one"
     if scale <= 0:
         return "the rings' curvature is not determined"
-    return _locked_badly(found, photograph, explained, orders)
+    return _locked_badly(found, explained, orders)
 
 
-def _locked_badly(found: Fitted, photograph: Photograph, explained: float, orders: float) -> str:
+def _locked_badly(found: Fitted, explained: float, orders: float) -> str:
     """That what the fringes leave over has structure which no radius explains; empty where it is as it should be."""
     if explained >= _DOUBTFUL and orders >= FEW:
         return ""
-    residual = photograph.image - found.fitted
-    inflation = correlation(residual, found.weights, _BLOCKS)
-    pixels = float(found.weights.sum())
-    structure = float(found.solution.chi2) / pixels - noise_variance(residual, found.weights > 0)
-    share = structure * pixels / found.variance
+    left = found.left
+    inflation = correlation(found.reduced.grid, left.value, left.weights, _BLOCKS)
+    structure = found.chi2 / found.weight - noise_variance(left.value, left.weights > 0)
+    share = structure * found.weight / found.variance
     if inflation > _TOGETHER and (share > 1 - _DOUBTFUL or (explained < _POOR and inflation > 3 * _TOGETHER)):
         return (
             f"the fringes of a sphere explain {explained:.0%} of the variance and what is left has structure: "

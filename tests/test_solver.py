@@ -12,12 +12,12 @@ from rings_data import coordinates
 from fitting import fringe_sums, gap_phase
 from fitting.codes import Codes, Curve
 from fitting.elimination import CONTRAST, image_of
-from fitting.models import NUMBERS, GapModel, as_arrays, frame_of
+from fitting.models import NUMBERS, GapModel, as_arrays
 from fitting.moments import BACKGROUND, degrees
 from fitting.normal_matrix import bends, choose_degrees, normal_matrix
-from fitting.phases import GapFringes, block_contrast, frame_on
+from fitting.phases import GapFringes, frame_on
 from fitting.photo import Photograph
-from fitting.reduction import block_size, reduce
+from fitting.reduction import Grid, block_size, reduce
 from fitting.solver import Problem, solve
 
 COMMON = ("curvature", "centre x", "centre y", "phase")
@@ -35,6 +35,11 @@ def picture(shape, numbers, noise, seed=0):
     return clean + noise * np.random.default_rng(seed).normal(size=shape)
 
 
+def frame_of(shape):
+    """The nodes of a whole frame."""
+    return frame_on(Grid(shape, 1, (0, shape[0]), (0, shape[1])))
+
+
 def photograph(image, mask=None):
     mask = np.ones(image.shape, bool) if mask is None else mask
     return Photograph(Codes(image, Curve(1.0, 1.0)), mask, mask, "grey", "linear")
@@ -42,8 +47,7 @@ def photograph(image, mask=None):
 
 def problem_on(reduced, **given):
     given = {"free": COMMON, "degrees": (2, 2)} | given
-    frame, block = frame_on(reduced.grid), reduced.grid.block
-    return Problem(GapFringes(GapModel(frame, (0.0, 1.0)), block, block_contrast(frame, block, TRUTH)), **given)
+    return Problem(GapFringes(GapModel(frame_on(reduced.grid, TRUTH), (0.0, 1.0))), **given)
 
 
 def at_every_pixel(image, weights, problem, reduced, start):
@@ -78,27 +82,20 @@ def at_every_pixel(image, weights, problem, reduced, start):
 
 def test_gap_phase_in_numpy_is_that_of_the_model_and_its_slopes_are_its_derivatives():
     frame = frame_of((480, 640))
-    for sphere, plate in (
-        ((0.0, 1.0), 0.0),
-        ((8.0, 1.0), 0.0),
-        ((9e-4, 0.0), 0.0),
-        ((0.06, 0.5), 0.0),
-        ((8.0, 1.0), 3e-4),
-    ):
-        model = GapModel(frame, sphere, plate)
+    x, y = jnp.asarray(frame.x), jnp.asarray(frame.y)
+    of = jax.jit(lambda model, free: model.phase(x, y, free))
+    derivatives = jax.jit(jax.jacfwd(lambda free, model: model.phase(x, y, free)))
+    for factor, power, plate in ((0, 1, 0.0), (8, 1, 0.0), (9e-4, 0, 0.0), (0.06, 0.5, 0.0), (8, 1, 3e-4)):
+        model = GapModel(frame, (float(factor), float(power)), plate)
         for numbers in (
             np.array([20, 0.1, -0.2, 0.3, 0.1, -0.2, 0.05, 0.03, 0.02]),
             np.array([20, 1.1, -0.2, 0.3, 0, 0, -0.05, 0, 0.01]),
             np.array([20, 0.3, 0.2, 0.3, 0.1, 0.1, 0.0, -0.01, 0]),
         ):
             phase, slopes = gap_phase.phase_and_slopes(model, frame.x, frame.y, numbers)
-
-            def of(free, model=model):
-                return as_arrays(model).phase(jnp.asarray(frame.x), jnp.asarray(frame.y), free)
-
-            assert phase == pytest.approx(np.asarray(of(jnp.asarray(numbers))), abs=1e-9)
+            assert phase == pytest.approx(np.asarray(of(as_arrays(model), jnp.asarray(numbers))), abs=1e-9)
             assert gap_phase.phase(model, frame.x, frame.y, numbers) == pytest.approx(phase, abs=1e-12)
-            wanted = np.asarray(jax.jacfwd(of)(jnp.asarray(numbers)))
+            wanted = np.asarray(derivatives(jnp.asarray(numbers), as_arrays(model)))
             for k, name in enumerate(NUMBERS):
                 # The model's view is a series that leaves 1e-9 of the derivative.
                 assert slopes[k] == pytest.approx(wanted[:, k], abs=1e-8 * np.abs(wanted[:, k]).max()), name
