@@ -12,6 +12,7 @@ import newtonjax as nj
 from fitting import output, png, session, tiff
 from fitting.lamps import Wavelength
 from fitting.progress import progress
+from newtonjax.memory import image_memory
 from newtonjax.methods import AbstractMethod
 from newtonjax.planning import folds
 from newtonjax.splatting import Splatted, why_unpaired
@@ -20,6 +21,7 @@ _ANY = ("gap", "wavelength", "screen", "beams", "polarization", "shield", "colle
 _BENCHES = {"transmitted": ("radius", *_ANY), "reflected": ("radius", *_ANY), "wedge": ("angle", *_ANY)}
 _TOLERANCE = 1e-3
 _TIFF = (".tif", ".tiff")
+_BYTES = 12  # of memory a pixel of an image that is not written block by block
 _FILL = 0.8  # of the full well, by the brightest pixel, where no camera file says how long to expose
 
 
@@ -70,6 +72,8 @@ def run(request: Request) -> int:
     session.prepare()
     session.keep_rays()
     scene, camera, from_file = _scene_and_camera(request)
+    if kind not in _TIFF:
+        image_memory(camera.shape, _BYTES)
     with progress("rendering"):
         chosen = _choose(scene, camera, request.how)
         parts = _parts(chosen, camera, whole=kind not in _TIFF)

@@ -69,9 +69,16 @@ class Camera(eqx.Module):
         """Screen coordinates x of the columns and y of the rows [m]; NumPy where the camera's numbers are known."""
         xp = namespace(self.pixel_size, self.centre_px)
         rows, columns = self.shape
+        return self._at(xp.arange(columns, dtype=float), xp.arange(rows, dtype=float))
+
+    def ends(self) -> tuple[Float[Any, "2"], Float[Any, "2"]]:
+        """What `axes` has at its ends [m]: x of the first and the last column, y of the first and the last row."""
+        rows, columns = self.shape
+        return self._at(np.array([0.0, columns - 1]), np.array([0.0, rows - 1]))
+
+    def _at(self, columns, rows):
         cx, cy = middle(self.shape) if self.centre_px is None else (self.centre_px[0], self.centre_px[1])
-        x, y = xp.arange(columns, dtype=float) - cx, xp.arange(rows, dtype=float) - cy
-        return x * self.pixel_size, y * self.pixel_size
+        return (columns - cx) * self.pixel_size, (rows - cy) * self.pixel_size
 
     def expose(
         self, image: Float[Array | np.ndarray, "rows columns"], key: Key[Array, ""]
@@ -96,8 +103,8 @@ class Camera(eqx.Module):
 
 def corners(camera: Camera) -> Float[Any, "4 2"]:
     """Screen points [m] of the centres of the pixels in the frame's corners."""
-    x, y = camera.axes()
-    return module_of(x).stack([x[np.array([0, 0, -1, -1])], y[np.array([0, -1, 0, -1])]], axis=1)
+    x, y = camera.ends()
+    return module_of(x).stack([x[np.array([0, 0, 1, 1])], y[np.array([0, 1, 0, 1])]], axis=1)
 
 
 def middle(shape: tuple[int, int]) -> tuple[float, float]:

@@ -40,7 +40,7 @@ def basis(pixels: int, count: int, first: int = 0, rows: int | None = None) -> n
 
 def node_points(camera: Camera, count: int) -> Float[Any, "n 2"]:
     """Screen points [m] of the grid of nodes over the image, row by row; NumPy where the camera's numbers are known."""
-    x, y = camera.axes()
+    x, y = camera.ends()
     xp, at = module_of(x), nodes(count)
 
     def spread(axis):

@@ -192,7 +192,7 @@ def _over_budget(rays: int, method: Splat, step: float, lit) -> str:
 def _over_frame(camera: Camera, count: int) -> Float[np.ndarray, "n 2"]:
     """Screen points [m] of an even grid over the frame, up to the outer edges of its pixels."""
     half = camera.pixel_size / 2
-    x, y = (np.linspace(axis[0] - half, axis[-1] + half, count) for axis in camera.axes())
+    x, y = (np.linspace(axis[0] - half, axis[-1] + half, count) for axis in camera.ends())
     return np.stack([grid.ravel() for grid in np.meshgrid(x, y)], axis=1)
 
 

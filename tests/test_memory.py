@@ -89,3 +89,10 @@ def test_an_image_of_a_billion_rows_is_refused_at_once(verb):
         VERBS[verb]()
     if verb not in ("blocks", "sweep", "sweep, reduced"):
         assert "newtonjax.blocks" in str(refusal.value)
+
+
+def test_a_plan_takes_no_memory_for_the_pixels():
+    """16 GB, if it listed their coordinates."""
+    assert (
+        nj.plan(scene(), nj.Camera((10**9, 10**9), 5e-12)).method == nj.plan(scene(), nj.Camera((10, 10), 5e-4)).method
+    )
