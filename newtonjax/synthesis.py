@@ -84,18 +84,13 @@ def terms_of(way: AbstractRow, coefficients, along_y) -> Array:
     return fractions(terms) if isinstance(way, Strips) and way.single else terms
 
 
-def _pushed(coefficients, changes, *, shape, fence=fenced):
+def _pushed(coefficients, changes, *, shape):
     """Changes of the image [n, rows, columns] for changes of the coefficients [n, fields, count, count]."""
-    way, along_y = _over(shape, coefficients.shape[-1])
-    along_y = jnp.asarray(along_y, coefficients.dtype)
-    factors = fence(coefficients, lambda terms: slopes(way.fields(terms)), terms_of(way, coefficients, along_y))
+    factors = slopes(chebyshev.expand(without_turns(coefficients), shape))
 
     def one(change):
-        def pixels(terms, factors):
-            background, *others = way.fields(terms)
-            return background + sum(factor * other for factor, other in zip(factors, others, strict=True))
-
-        return way.flat(fence(coefficients, pixels, way.terms(change, along_y), factors))
+        background, *others = chebyshev.expand(change, shape)
+        return background + sum(factor * other for factor, other in zip(factors, others, strict=True))
 
     few = len(changes) * coefficients.shape[-1] <= _SIDE_BY_SIDE
     return jax.vmap(one)(changes) if few else jax.lax.map(one, changes)
@@ -108,14 +103,9 @@ def _pulled(coefficients, weights, *, shape):  # noqa: ARG001 (the weights have 
     return jax.lax.map(lambda weight: slope_sums(coefficients, weight), weights)
 
 
-# What the derivatives of the two are taken of, without branches, which would be differentiated as well.
-def _plainly_pushed(coefficients, changes, *, shape):
-    return _pushed(coefficients, changes, shape=shape, fence=lambda _, function, *operands: function(*operands))
-
-
 def _plainly_pulled(coefficients, weights, *, shape):
     like = jax.ShapeDtypeStruct((len(weights), *coefficients.shape), coefficients.dtype)
-    return jax.linear_transpose(lambda changes: _plainly_pushed(coefficients, changes, shape=shape), like)(weights)[0]
+    return jax.linear_transpose(lambda changes: _pushed(coefficients, changes, shape=shape), like)(weights)[0]
 
 
 def _linear_primitive(name: str, compute, result_shape, differentiable) -> Primitive:
@@ -150,7 +140,7 @@ def _linear_primitive(name: str, compute, result_shape, differentiable) -> Primi
     return primitive
 
 
-_push = _linear_primitive("fringe_push", _pushed, lambda _, changes, shape: (changes.shape[0], *shape), _plainly_pushed)
+_push = _linear_primitive("fringe_push", _pushed, lambda _, changes, shape: (changes.shape[0], *shape), _pushed)
 _pull = _linear_primitive("fringe_pull", _pulled, lambda at, sums, _: (sums.shape[0], *at.shape), _plainly_pulled)
 ad.primitive_transposes[_push] = lambda sums, at, _, *, shape: (None, _pull.bind(at, sums, shape=shape))
 ad.primitive_transposes[_pull] = lambda sums, at, _, *, shape: (None, _push.bind(at, sums, shape=shape))
