@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from statistics import median
-from time import perf_counter
+from time import perf_counter, process_time
 
 import jax
 
@@ -38,6 +38,19 @@ def medians(functions: dict, rounds: int) -> dict:
         for name, function in functions.items():
             times[name].append(clock(function))
     return {name: median(values) for name, values in times.items()}
+
+
+def cpu_and_wall(functions: dict, rounds: int) -> tuple[dict, dict]:
+    """Median CPU seconds, of all threads, and wall seconds of each function by its name, as `medians`."""
+    for function in functions.values():
+        clock(function)
+    cpu, wall = ({name: [] for name in functions} for _ in range(2))
+    for _ in range(rounds):
+        for name, function in functions.items():
+            begin = process_time()
+            wall[name].append(clock(function))
+            cpu[name].append(process_time() - begin)
+    return tuple({name: median(values) for name, values in times.items()} for times in (cpu, wall))
 
 
 def each(run: Callable, jobs: list, processes: int, chunk: int = 1) -> Iterator:
