@@ -8,7 +8,7 @@ import numpy as np
 from fitting.few_fringes import orders_of
 from fitting.matched import Rings
 from fitting.photo import Photograph
-from fitting.smoothing import pixels_of
+from fitting.smoothing import noise_variance, pixels_of
 from fitting.view import View, plane_wave, resolving_view, view_of
 
 # Tiles that a field is cut into: four to a fringe and direction, within these bounds; and pixels to a side of a tile.
@@ -25,6 +25,8 @@ _PLANE = 0.3
 # have to be so much as the match falls short. Rings of the experiment `refusals` and of real photographs have a match
 # of 0.48 and 0.26 or more; the latter's share and coherence are 0.8 or more where their match is below 0.4.
 _NO_MATCH, _MATCH = 0.2, 0.42
+# White noise is taken off up to this share of the variance; then rings take so much of the rest.
+_MOST_NOISE, _CLEAR = 0.9, 0.85
 # Harmonics that no power law of a camera leaves of two beams' fringes: rings have up to 0.07, Fabry and Perot's 0.43
 # and 0.2.
 _SECOND, _THIRD = 0.2, 0.12
@@ -43,6 +45,7 @@ class RingEvidence:
     - `coherence`: mean cosine of the phase difference of neighbouring tiles, weighted by their share.
     - `second`, `third`: harmonics of the fringes over their amplitude, after the exponent that makes the second
       least; 0 where the crests are saturated.
+    - `noise`: share of white noise in the variance that planes leave.
     - `plane`: share of the fringe power that straight, evenly spaced fringes explain; 0 where the match is good.
     """
 
@@ -53,6 +56,7 @@ class RingEvidence:
     coherence: float
     second: float
     third: float
+    noise: float
     plane: float
 
     @property
@@ -60,9 +64,16 @@ class RingEvidence:
         """What the numbers say: "rings", "straight", "no rings" or "many beams"."""
         if self.orders > _FEW_STRAIGHT and self.bend < self.least_bend:
             return "straight"
-        if min(self.share, self.coherence) < self.least_agreement or self.match < _NO_MATCH:
+        agreement = min(self.share, self.coherence)
+        if (agreement < self.least_agreement or self.match < _NO_MATCH) and not self.clear_beside_noise:
             return "straight" if self.plane > _PLANE else "no rings"
         return "many beams" if abs(self.second) > _SECOND or abs(self.third) > _THIRD else "rings"
+
+    @property
+    def clear_beside_noise(self) -> bool:
+        """Whether rings explain nearly all that white noise does not: it lowers match and share, not coherence."""
+        rest = 1.0 - min(self.noise, _MOST_NOISE)
+        return self.match > _MATCH * rest and self.share > _CLEAR * rest and self.coherence > _CLEAR
 
     @property
     def least_bend(self) -> float:
@@ -125,20 +136,21 @@ def evidence_of(photograph: Photograph, rings: Rings) -> RingEvidence:
         unsaturated = view_of(photograph, view.factor, photograph.mask)
         second, third = Tiles.of(unsaturated, rings, np.clip((orders / _WIDE) ** 2, 4, _MOST_TILES)).harmonics
     plane = plane_wave(view) if rings.match < _MATCH else 0.0
-    return RingEvidence(rings.match, orders, bend, tiles.share, tiles.coherence, second, third, plane)
+    return RingEvidence(rings.match, orders, bend, tiles.share, tiles.coherence, second, third, tiles.noise, plane)
 
 
 @dataclass(frozen=True)
 class Tiles:
     """A view cut into tiles [rows, columns, pixels]: light, use (0 or 1), and the rings' phase [radians].
 
-    `plane` [pixels, 3]: a constant and the place within a tile.
+    `plane` [pixels, 3]: a constant and the place within a tile; `variance`: of a pixel's white noise.
     """
 
     light: np.ndarray
     used: np.ndarray
     phase: np.ndarray
     plane: np.ndarray
+    variance: float
 
     @classmethod
     def of(cls, view: View, rings: Rings, count: float) -> "Tiles":
@@ -153,7 +165,7 @@ class Tiles:
         used *= used.mean(axis=2, keepdims=True) >= 0.5
         place = (np.arange(size) - (size - 1) / 2) / size
         plane = np.stack([np.ones(size**2), np.tile(place, size), np.repeat(place, size)], axis=1)
-        return cls(light, used, phase, plane.astype(np.float32))
+        return cls(light, used, phase, plane.astype(np.float32), noise_variance(view.means, view.mask))
 
     @cached_property
     def waves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -169,6 +181,13 @@ class Tiles:
         """Share of the variance left by planes that cosines of the rings' phase take."""
         before, taken, _ = self.waves
         return float(taken.sum() / max(float(before.sum()), 1e-300))
+
+    @property
+    def noise(self) -> float:
+        """Share of white noise in the variance that planes leave."""
+        pixels = np.maximum(self.used.sum(axis=2, dtype=float) - 3, 0.0).sum()
+        left = float(self.waves[0].sum())
+        return float(min(self.variance * pixels / left, 1.0)) if left > 0 else 0.0
 
     @property
     def coherence(self) -> float:

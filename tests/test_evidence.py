@@ -12,6 +12,7 @@ from fitting.start import find_rings
 
 # Share of the fringe power, orders, bend, share, coherence and harmonics of good rings.
 GOOD = {"match": 0.7, "orders": 20.0, "bend": 10.0, "share": 0.9, "coherence": 0.9, "second": 0.0, "third": 0.0}
+GOOD |= {"noise": 0.0, "plane": 0.0}
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -63,23 +64,31 @@ def test_real_photographs_are_told_apart(shared, folder, name, verdict):
         ({"second": -0.3}, "many beams"),
         ({"third": 0.15}, "many beams"),
         ({"match": 0.5, "share": 0.2}, "rings"),
+        ({"match": 0.1, "share": 0.19, "noise": 0.8}, "rings"),
+        ({"match": 0.1, "share": 0.1, "noise": 0.8}, "no rings"),
     ],
 )
 def test_each_number_speaks_for_itself(changed, verdict):
-    found = RingEvidence(**GOOD | {"plane": 0.0} | changed)
+    found = RingEvidence(**GOOD | changed)
     assert found.verdict == verdict
     assert (found.reason == "") == (verdict == "rings")
 
 
 def test_a_refusal_says_what_was_measured_and_what_is_required():
-    found = RingEvidence(**GOOD | {"match": 0.31, "share": 0.27, "plane": 0.0})
+    found = RingEvidence(**GOOD | {"match": 0.31, "share": 0.27})
     assert all(number in found.reason for number in ("31%", "27%", "90%", "50%"))
-    none = RingEvidence(**GOOD | {"match": 0.1, "plane": 0.0})
+    none = RingEvidence(**GOOD | {"match": 0.1})
     assert all(number in none.reason for number in ("10%", "20%"))
     wedge = RingEvidence(**GOOD | {"match": 0.1, "plane": 0.6})
     assert all(words in wedge.reason for words in ("straight", "60%", "10%"))
-    bent = RingEvidence(**GOOD | {"bend": 0.4, "plane": 0.0})
+    bent = RingEvidence(**GOOD | {"bend": 0.4})
     assert all(words in bent.reason for words in ("straight", "0.4", "0.75"))
+
+
+@pytest.mark.parametrize("noise", [0.3, 0.5, 0.7])
+@pytest.mark.parametrize("centre", [(130.0, 120.0), (-100.0, 60.0)])
+def test_noise_as_strong_as_the_fringes_does_not_refuse_rings(noise, centre):
+    assert evidence(rings(0.3, centre=centre, noise=noise)).verdict == "rings"
 
 
 def test_fringes_of_many_beams_are_refused_before_a_fit():
