@@ -27,7 +27,7 @@ lint: $(READY)
 	$(BIN)/basedpyright --pythonpath $(BIN)/python
 
 # Every table and figure of experiments/results again; the paper's table last, from what the others left.
-EXPERIMENTS := answer_table accuracy scatter benches likelihood benchmark wavelets figure4 figure6 figure7 figure10 textbook methods planner derivatives parts pareto scaling extremes intervals posterior design paper pictures
+EXPERIMENTS := answer_table accuracy scatter benches likelihood benchmark wavelets figure4 figure6 figure7 figure10 textbook methods planner derivatives parts pareto scaling extremes intervals refusals posterior design paper pictures
 
 experiments: $(READY)
 	set -e; for claim in $(EXPERIMENTS); do echo "== $$claim"; $(BIN)/python experiments/$$claim.py; done
