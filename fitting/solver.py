@@ -1,5 +1,8 @@
 """Least squares on a reduced photograph: a `Problem` down, a `Solution` up.
 
+The loop is NumPy's: a solve from the last solution takes 3 ms and compiles nothing. optimistix on one compiled program
+of 334 residuals and 52 unknowns took 4.0 s of CPU to compile and 1.3 s from a warm cache: 9 and 3 times `import jax`.
+
 A user who fits many frames of one view makes the grid and the problem once and starts each frame from the last
 solution's numbers; about 3 ms a frame of 256 x 256:
 
