@@ -1,6 +1,6 @@
 """The gap between two facing surfaces: thickness, and the fringes of equal thickness that it makes."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -61,21 +61,35 @@ def height(surface: Surface, x: Float[Any, "..."], y: Float[Any, "..."], profile
     return plane + profile(surface.curvature, dx * dx + dy * dy)
 
 
-def is_shallow(scene: Scene, x: Float[Any, "..."], y: Float[Any, "..."]) -> Bool[Array, ""]:
-    """Whether `shallow_sag` holds for both faces of the gap at all points."""
+class Gap(NamedTuple):
+    """The faces above and below a gap, and the refractive index of what fills it."""
+
+    above: Surface
+    below: Surface
+    refractive_index: Scalar
+
+    def is_shallow(self, x: Float[Any, "..."], y: Float[Any, "..."]) -> Bool[Array, ""]:
+        """Whether `shallow_sag` holds for both faces at all points."""
+        steepest = jnp.zeros(())
+        for surface in (self.above, self.below):
+            dx, dy = x - surface.vertex[0], y - surface.vertex[1]
+            steepest = jnp.maximum(steepest, surface.curvature**2 * ((dx * dx).max() + (dy * dy).max()))
+        return steepest <= SHALLOW
+
+    def opd(self, x: Float[Any, "..."], y: Float[Any, "..."], profile=sag) -> Float[Any, "..."]:
+        """2 n t(x, y): the round trip through the gap along z [m]."""
+        return 2 * self.refractive_index * (height(self.above, x, y, profile) - height(self.below, x, y, profile))
+
+
+def gap_between(scene: Scene) -> Gap:
+    """The gap of a scene. Raises ValueError as `required_gap`."""
     upper = required_gap(scene)
-    steepest = jnp.zeros(())
-    for surface in scene.surfaces[upper : upper + 2]:
-        dx, dy = x - surface.vertex[0], y - surface.vertex[1]
-        steepest = jnp.maximum(steepest, surface.curvature**2 * ((dx * dx).max() + (dy * dy).max()))
-    return steepest <= SHALLOW
+    return Gap(scene.surfaces[upper], scene.surfaces[upper + 1], scene.media[upper + 1])
 
 
 def gap_opd(scene: Scene, x: Float[Any, "..."], y: Float[Any, "..."], profile=sag) -> Float[Any, "..."]:
-    """2 n t(x, y): the round trip through the gap along z [m]."""
-    upper = required_gap(scene)
-    above, below = scene.surfaces[upper], scene.surfaces[upper + 1]
-    return 2 * scene.media[upper + 1] * (height(above, x, y, profile) - height(below, x, y, profile))
+    """`Gap.opd` of a scene's gap [m]."""
+    return gap_between(scene).opd(x, y, profile)
 
 
 def axis_amplitude(scene: Scene, word: str) -> Float[Any, ""]:

@@ -14,7 +14,7 @@ from newtonjax import chebyshev, packed
 from newtonjax.aim import Arrival
 from newtonjax.camera import Camera, corners
 from newtonjax.fields import Fields, arrivals, fields_at, intensity, opd_at, path_difference
-from newtonjax.gap import closed_fields, gap_opd, is_shallow, why_not_closed
+from newtonjax.gap import Gap, closed_fields, gap_between, gap_opd, why_not_closed
 from newtonjax.precision import x64
 from newtonjax.quantities import is_concrete
 from newtonjax.scene import Scene
@@ -189,19 +189,25 @@ class ClosedForm(AbstractMethod):
             raise ValueError(f"ClosedForm cannot honour {reason}; use Chebyshev() or Traced()")
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
-        x, y = map(jnp.asarray, camera.axes())
+        x, y = camera.axes()
         x, y = x[None, :], y[:, None]
-        if x.dtype == jnp.float32:
-            fields = closed_fields(scene, x[:, :1], y[:1])
-            return fields.background + fields.envelope[0].real * cos_turns(closed_turns(scene, camera))
-
-        def image(profile):
-            fields = closed_fields(scene, x, y, profile)
-            # The envelope is real: no sine, which would cost as much again as the cosine.
-            return fields.background + fields.envelope[0].real * cos_turns(fields.phase[0])
-
-        return jax.lax.cond(is_shallow(scene, x, y), lambda: image(shallow_sag), lambda: image(sag))
+        fields = closed_fields(scene, x[:, :1], y[:1])  # of a pixel: all have its amplitudes
+        background, envelope = fields.background, fields.envelope[0].real
+        if jnp.result_type(float) == jnp.float32:
+            return background + envelope * cos_turns(closed_turns(scene, camera))
+        return _equal_thickness(gap_between(scene), scene.wavelength, background, envelope, x, y)
 
     def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
         x, y = camera.axes()
         return jnp.broadcast_to(gap_opd(scene, x[None, :], y[:, None]), camera.shape)
+
+
+@jax.jit
+def _equal_thickness(gap: Gap, wavelength, background, envelope, x, y) -> Float[Array, "rows columns"]:
+    """Fringes of equal thickness: a program for every shape, not for every bench."""
+
+    def image(profile):
+        # One division, not one per pixel. The envelope is real: no sine, which would cost as much as the cosine.
+        return background + envelope * cos_turns(gap.opd(x, y, profile) * (1 / wavelength))
+
+    return jax.lax.cond(gap.is_shallow(x, y), lambda: image(shallow_sag), lambda: image(sag))

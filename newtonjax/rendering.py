@@ -92,10 +92,9 @@ def _run(verb: _Verb, scene, camera, method, tolerance):
         # An array of a type that the user's setting does not have would warn at every further step.
         dtype = (method.dtype if verb is _IMAGE else None) or "float64"
         return image(coefficients, camera.shape, dtype, "float32" if single else dtype)
-    # Only the closed form is a program: rays are traced by that of all benches, whose calls no program holds.
-    compute = verb.at_pixels if isinstance(method, ClosedForm) else verb.at_pixels.__wrapped__
     with x64():
-        pixels = compute(scene, camera, method)
+        # As it stands: a program around it would be another one for each bench.
+        pixels = verb.at_pixels.__wrapped__(scene, camera, method)
     return _as_float32(pixels) if single and pixels.dtype != jnp.float32 else pixels
 
 
