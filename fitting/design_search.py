@@ -63,8 +63,8 @@ class Search:
         self.evaluations += 1
         value, slope = prospects(self.layout, self.bench, self.design(place, choice), self.job.over)
         count, step = len(place), self.step(place)
-        total, used = np.asarray(value.total), np.asarray(value.used)
-        by = np.asarray(slope.total)[:, :count] * step, np.asarray(slope.used)[..., :count] * step
+        total, used = value.total, value.used
+        by = slope.total[:, :count] * step, slope.used[..., :count] * step
         if not all(np.all(np.isfinite(part)) for part in (total, used, *by)):
             raise ArithmeticError
         worst = np.argmax(used, axis=0), np.arange(len(LIMITS))

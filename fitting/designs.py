@@ -18,7 +18,6 @@ from fitting.fisher import FREE
 from fitting.prospects import LIMITS, Bench, Layout, Limits, forecast
 from newtonjax.camera import Camera
 from newtonjax.checks import require_whole
-from newtonjax.precision import x64
 from newtonjax.scene import Scene
 
 # Nodes, samples and shifts of the fringes that are searched on, each with those whose forecast judges it: where they
@@ -126,8 +125,7 @@ def design(
         raise ValueError(f"fill is {fill}; allowed: at most 1, where the brightest pixel saturates")
     if not rings[0] < rings[1]:
         raise ValueError(f"rings is {rings}; allowed: fewer at least than at most")
-    with x64():
-        return _best(job, limits, robust, starts, seed, report or (lambda _: None))
+    return _best(job, limits, robust, starts, seed, report or (lambda _: None))
 
 
 def _best(job: Job, limits: Limits, robust: str, starts: int, seed: int, report: Callable[[float], object]) -> Design:
@@ -135,8 +133,7 @@ def _best(job: Job, limits: Limits, robust: str, starts: int, seed: int, report:
     choices = list(product(*job.choose.values()))
     count = len(job.vary)
     points = np.clip(qmc.Sobol(max(count, 1), rng=seed).random(1 << (starts - 1).bit_length())[:starts, :count], 0, 1)
-    grids = _GRIDS if len(job.scene.beams) == 2 else _GRIDS[1:]  # phases of several pairs do not shift alike
-    search = Search(job, job.layout(*grids[0][0]), bench, robust)
+    search = Search(job, job.layout(*_GRIDS[0][0]), bench, robust)
     runs = [(point, choice) for choice in choices for point in (search.place(job.before), *points)]
     ended: list[tuple[float, np.ndarray, tuple]] = []
     for number, (point, choice) in enumerate(runs):
@@ -147,14 +144,14 @@ def _best(job: Job, limits: Limits, robust: str, starts: int, seed: int, report:
     if not ended:
         raise none_found(search, runs)
     value, place, choice = min(ended, key=lambda one: one[0])
-    for grid, finer in grids:
-        if grid != grids[0][0]:  # from where the one before ended
+    for grid, finer in _GRIDS:
+        if grid != _GRIDS[0][0]:  # from where the one before ended
             search = Search(job, job.layout(*grid), bench, robust)
             value, place = search.run(place[:count], choice) or (value, place)
             evaluations += search.evaluations
         design, judge = search.design(place[:count], choice), job.layout(*finer)
         told = forecast(judge, bench, design, job.over)
-        if np.all(np.abs(np.asarray(told.total) - search.look(place[:count], choice)[0]) < _AGREES):
+        if np.all(np.abs(told.total - search.look(place[:count], choice)[0]) < _AGREES):
             break
     else:
         raise ValueError("the field has too many fringes for a smooth forecast: give a smaller field, or fewer rings")
@@ -169,8 +166,8 @@ def _best(job: Job, limits: Limits, robust: str, starts: int, seed: int, report:
         dict(zip(job.names, design.tolist(), strict=True)),
         {name: knob.unit for name, knob in job.numbers.items()},
         dict(zip(job.names, job.before.tolist(), strict=True)),
-        float(pick(np.exp(np.asarray(told.total)))),
-        float(pick(np.exp(np.asarray(told.noise)))),
+        float(pick(np.exp(told.total))),
+        float(pick(np.exp(told.noise))),
         _as_it_was(job, judge, bench, pick),
         scene,
         camera,
@@ -183,5 +180,5 @@ def _best(job: Job, limits: Limits, robust: str, starts: int, seed: int, report:
 
 def _as_it_was(job: Job, judge: Layout, bench: Bench, pick) -> float | None:
     told = forecast(judge, bench, job.before, job.over)
-    within = np.all(np.asarray(told.used) <= 1 + BINDS) and np.all(np.isfinite(np.asarray(told.total)))
-    return float(pick(np.exp(np.asarray(told.total)))) if within else None
+    within = np.all(told.used <= 1 + BINDS) and np.all(np.isfinite(told.total))
+    return float(pick(np.exp(told.total))) if within else None

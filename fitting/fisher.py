@@ -9,23 +9,20 @@ brightest pixel has 34 codes, 10 % at 3, and 60 % below one (tests/test_informat
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from fitting.electrons import Moves, photoelectrons, weights
-from fitting.knobs import chosen, knobs
+from fitting.electrons import moved, tables, weights
+from fitting.knobs import Knob, chosen, knobs
+from fitting.pixel_sums import equations
 from fitting.undetermined import in_words
+from newtonjax import jet_fields, jets
 from newtonjax.camera import Camera
 from newtonjax.checks import require_method, unreached
-from newtonjax.methods import Chebyshev, error_from_nodes
-from newtonjax.normal import from_coefficients
-from newtonjax.precision import x64
-from newtonjax.quantities import Scalar
+from newtonjax.methods import Chebyshev
 from newtonjax.scene import Scene
+from newtonjax.smooth import error_from_nodes
 
 FREE = ("radius", "gap", "centre_x", "centre_y", "exposure", "contrast")
 # A combination is called undetermined where its information is this small a share of what its parts have by themselves.
@@ -178,23 +175,36 @@ def information(
     require_method(method, Chebyshev)
     names = (free,) if isinstance(free, str) else tuple(free)
     numbers = tuple(chosen(knobs(scene, camera), names).values())
-    method = fine_nodes(scene, camera) if method is None else method
+    nodes = fine_nodes(scene, camera).nodes if method is None else method.nodes
     scales = np.array([number.scale for number in numbers])
-    with x64():
-        moves = tuple((number.name, number.move) for number in numbers)
-        made, reached = _matrix(scene, camera, moves, jnp.asarray(scales), noise, method)
-    if not reached:
-        raise unreached(method)
+    table, changes = derivatives(scene, camera, numbers, nodes)
+    made = equations(table, changes, camera.shape, lambda image, _: weights(image, camera, noise))
     found = Information(
         names,
         tuple(number.unit for number in numbers),
         np.array([number.value for number in numbers]),
         scales,
-        np.asarray(made) / np.outer(scales, scales),
+        made.matrix / np.outer(scales, scales),
         {},
         tuple(number.positive for number in numbers),
     )
     return found.given(**(priors or {}))
+
+
+def derivatives(
+    scene: Scene, camera: Camera, numbers: Sequence[Knob], nodes: int
+) -> tuple[Float[np.ndarray, "3 nodes nodes"], Float[np.ndarray, "numbers 3 nodes nodes"]]:
+    """Coefficients of an image's fields (`electrons.tables`), and their derivatives by steps in the numbers' scales.
+
+    Raises ValueError where beams miss a node.
+    """
+    still = jets.variable(np.zeros(len(numbers)), np.eye(len(numbers)), 1, 2)
+    moves = tuple((number.name, number.move) for number in numbers)
+    bench = moved(scene, camera, moves, still, [number.scale for number in numbers])
+    table, reached = tables([bench], nodes, 2)
+    if not reached.all():
+        raise unreached(Chebyshev(nodes))
+    return table.value[0], table.parts[0, 1:, 0]
 
 
 def fine_nodes(scene: Scene, camera: Camera, keeps: float = 1e-8, least: int = 17) -> Chebyshev:
@@ -203,36 +213,20 @@ def fine_nodes(scene: Scene, camera: Camera, keeps: float = 1e-8, least: int = 1
     Raises ValueError where beams miss the image, and where 129 to a side do not.
     """
     count = least
-    with x64():
-        while True:
-            error, rounding = map(float, _error(scene, camera, Chebyshev(count)))
-            # What rounding leaves in every coefficient of the phases [turns], more nodes do not mend.
-            allowed = keeps + 400 * rounding
-            if error <= allowed:
-                return Chebyshev(count)
-            if not np.isfinite(error):
-                raise ValueError(
-                    "a beam does not reach the whole image; this takes smooth fields: take a smaller field"
-                )
-            if count == _MOST_NODES:
-                raise ValueError(
-                    f"{count} nodes to a side leave {error:.2g} of the intensity; this takes {keeps:.0e}: "
-                    "take a smaller field"
-                )
-            count = min(2 * count - 1, _MOST_NODES)
-
-
-@partial(jax.jit, static_argnames="method")
-def _error(scene: Scene, camera: Camera, method: Chebyshev):
-    """Bound on the intensity's error but for the rounding of the phases, and that [turns]."""
-    fields = method.fields(scene, camera)
-    exact = fields._replace(rounding=jnp.zeros_like(fields.rounding))
-    return error_from_nodes(exact, method.nodes).intensity, fields.rounding.max()
-
-
-@partial(jax.jit, static_argnames=("moves", "method"))
-def _matrix(scene: Scene, camera: Camera, moves: Moves, scales, noise: Scalar | None, method: Chebyshev):
-    """Of steps in the numbers' scales; and whether all beams reach the nodes."""
-    of_nodes, steps = photoelectrons(scene, camera, moves, scales, method), jnp.zeros(len(moves))
-    made = from_coefficients(of_nodes, steps, camera.shape, None, lambda image: weights(image, camera, noise))
-    return made.matrix, method.fields(scene, camera).arrives.all()
+    while True:
+        made = jet_fields.values_of(jet_fields.at_nodes([(scene, camera)], count, 1))
+        # But for the rounding of the phases [turns].
+        exact = made._replace(rounding=np.zeros_like(made.rounding))
+        error = float(error_from_nodes(exact, count).intensity)
+        # What rounding leaves in every coefficient of the phases, more nodes do not mend.
+        allowed = keeps + 400 * float(made.rounding.max())
+        if error <= allowed:
+            return Chebyshev(count)
+        if not np.isfinite(error):
+            raise ValueError("a beam does not reach the whole image; this takes smooth fields: take a smaller field")
+        if count == _MOST_NODES:
+            raise ValueError(
+                f"{count} nodes to a side leave {error:.2g} of the intensity; this takes {keeps:.0e}: "
+                "take a smaller field"
+            )
+        count = min(2 * count - 1, _MOST_NODES)

@@ -7,7 +7,6 @@ from functools import cache
 from typing import Any
 
 import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.models import curved_surface, raise_lens
@@ -16,7 +15,7 @@ from newtonjax.camera import Camera, middle
 from newtonjax.checks import require_bench
 from newtonjax.gap import required_gap
 from newtonjax.scene import Scene
-from newtonjax.surfaces import frame
+from newtonjax.surfaces import dot, frame
 
 Bench = tuple[Scene, Camera]
 
@@ -123,8 +122,7 @@ def _pixel_size(scene, camera, by):
 def _centre(axis: int):
     def move(scene, camera, by):
         at = middle(camera.shape) if camera.centre_px is None else camera.centre_px
-        shift = jnp.zeros(2).at[axis].set(1.0) * by
-        centre = jnp.asarray(np.asarray(at, float) if isinstance(at, tuple) else at) + shift
+        centre = (np.asarray(at, float) if isinstance(at, tuple) else at) + np.eye(2)[axis] * by
         return scene, eqx.tree_at(lambda c: c.centre_px, camera, centre, is_leaf=lambda leaf: leaf is None)
 
     return move
@@ -138,7 +136,7 @@ def _index(name: str, scene: Scene, at: int) -> Knob:
 @cache
 def _medium(at: int):
     def move(scene, camera, by):
-        return eqx.tree_at(lambda s: s.media, scene, jnp.asarray(scene.media).at[at].add(by)), camera
+        return eqx.tree_at(lambda s: s.media, scene, scene.media + np.eye(len(scene.media))[at] * by), camera
 
     return move
 
@@ -154,8 +152,7 @@ def _distance(scene: Scene) -> Knob:
 @cache
 def _screen(way: float):
     def move(scene, camera, by):
-        up = jnp.array([0.0, 0.0, way]) * by
-        return eqx.tree_at(lambda s: s.screen.vertex, scene, jnp.asarray(scene.screen.vertex) + up), camera
+        return eqx.tree_at(lambda s: s.screen.vertex, scene, scene.screen.vertex + np.array([0, 0, way]) * by), camera
 
     return move
 
@@ -167,8 +164,7 @@ def _exposure(scene, camera, by):
 @cache
 def _light(axis: int):
     def move(scene, camera, by):
-        tilt = jnp.asarray(scene.light.tilt).at[axis].add(by)
-        return eqx.tree_at(lambda s: s.light.tilt, scene, tilt), camera
+        return eqx.tree_at(lambda s: s.light.tilt, scene, scene.light.tilt + np.eye(2)[axis] * by), camera
 
     return move
 
@@ -176,12 +172,12 @@ def _light(axis: int):
 @cache
 def _plate(lower: int, axis: int):
     def move(scene, camera, by):
-        pivot = jnp.asarray(scene.surfaces[lower].vertex)
+        pivot = scene.surfaces[lower].vertex
         moved = []
         for surface in scene.surfaces[lower:]:
-            tilt = jnp.asarray(surface.tilt).at[axis].add(by)
-            old, new = (jnp.stack(list(map(jnp.asarray, frame(t)))) for t in (surface.tilt, tilt))
-            moved += [pivot + new.T @ (old @ (jnp.asarray(surface.vertex) - pivot)), tilt]
+            tilt, offset = surface.tilt + np.eye(2)[axis] * by, surface.vertex - pivot
+            turned = [new * dot(old, offset) for new, old in zip(frame(tilt), frame(surface.tilt), strict=True)]
+            moved += [pivot + turned[0] + turned[1] + turned[2], tilt]
         return eqx.tree_at(_below, scene, moved), camera
 
     def _below(scene):

@@ -217,7 +217,7 @@ def change(scene: Scene, quantity: str, factor, face: int) -> Scene:
 
 def raise_lens(scene: Scene, height) -> Scene:
     """The scene with everything above its gap raised [m]: screen, shield and collecting lens too if they are there."""
-    up = jnp.array([0.0, 0.0, 1.0]) * height
+    up = np.array([0.0, 0.0, 1.0]) * height
     upper = required_gap(scene)
 
     def moved(s: Scene):

@@ -6,24 +6,19 @@ derivatives by these and j that by the number (Angrist and Pischke 2009, Mostly 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from fitting.electrons import Moves, photoelectrons
-from fitting.fisher import FREE, fine_nodes, information
+from fitting.fisher import FREE, derivatives, fine_nodes, information
 from fitting.implicit import measurement
 from fitting.knobs import Knob, chosen, knobs
+from fitting.pixel_sums import slopes_of
 from fitting.refusal import UndeterminedError
 from newtonjax.camera import Camera
-from newtonjax.methods import Chebyshev
 from newtonjax.precision import x64
 from newtonjax.rendering import render
 from newtonjax.scene import Scene
-from newtonjax.synthesis import synthesize
 
 
 @dataclass(frozen=True)
@@ -165,16 +160,7 @@ def derivative_images(
     scene: Scene, camera: Camera, names: Sequence[str]
 ) -> dict[str, Float[np.ndarray, "rows columns"]]:
     """By name the derivative of the image [photoelectrons per unit of the number]."""
-    known = knobs(scene, camera)
-    moves = tuple((name, known[name].move) for name in names)
-    scales = np.array([known[name].scale for name in names])
-    with x64():
-        found = np.asarray(_slopes(scene, camera, moves, jnp.asarray(scales), fine_nodes(scene, camera)))
-    return dict(zip(names, found / scales[:, None, None], strict=True))
-
-
-@partial(jax.jit, static_argnames=("moves", "method"))
-def _slopes(scene, camera, moves: Moves, scales, method: Chebyshev):
-    of_steps, still = photoelectrons(scene, camera, moves, scales, method), jnp.zeros(len(moves))
-    table, changes = of_steps(still), jnp.moveaxis(jax.jacfwd(of_steps)(still), -1, 0)
-    return jax.lax.map(lambda change: jax.jvp(lambda t: synthesize(t, camera.shape), (table,), (change,))[1], changes)
+    numbers = chosen(knobs(scene, camera), tuple(names))
+    table, changes = derivatives(scene, camera, list(numbers.values()), fine_nodes(scene, camera).nodes)
+    images = slopes_of(table, changes, camera.shape)
+    return {name: image / knob.scale for (name, knob), image in zip(numbers.items(), images, strict=True)}

@@ -1,14 +1,14 @@
 """Aiming: the ray of a beam that lands on a given point of the screen, its tube, and the caustics it crossed."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Complex, Float
 
-from newtonjax.quantities import as_complex
-from newtonjax.surfaces import dot
+from newtonjax.quantities import as_complex, namespace
+from newtonjax.surfaces import Vectors, dot
 from newtonjax.trace import Landing, Leg, Route, Setting, carry_field, trace
 
 # Newton's method converges quadratically: once a step is this small against the point, what remains is its square
@@ -47,8 +47,9 @@ def _solve(matrix: Float[Array, "2 2"], right: Float[Array, "2"]) -> Float[Array
     return jnp.stack([d * right[0] - b * right[1], a * right[1] - c * right[0]]) / safe
 
 
-def _is_small(change: Float[Array, "2"], point: Float[Array, "2"]) -> Bool[Array, ""]:
-    return jnp.abs(change).max() <= _RELATIVE * jnp.abs(point).max() + _ABSOLUTE
+def is_small(change: Float[Any, "2 ..."], point: Float[Any, "2 ..."]) -> Bool[Any, "..."]:
+    """Whether Newton's method ends after a step of this size."""
+    return abs(change).max(axis=0) <= _RELATIVE * abs(point).max(axis=0) + _ABSOLUTE
 
 
 class Aimed(NamedTuple):
@@ -80,7 +81,7 @@ def aim(route: Route, setting: Setting, target: Float[Array, "2"]) -> Aimed:
         (point, alive), (slope, _) = _differential(landed, start)
         move = _solve(slope, target - point)
         # At grazing incidence a small step is a long way on the screen: both are to be small.
-        small = _is_small(move, start) & _is_small(target - point, target)
+        small = is_small(move, start) & is_small(target - point, target)
         return start + move, small, alive, count + 1
 
     def wants_more(state):
@@ -118,7 +119,7 @@ def arrive(route: Route, setting: Setting, target: Float[Array, "2"]) -> Arrival
     return Arrival(
         jnp.where(arrives, landing.path + setting.exit_index * along, 0.0),
         jnp.where(arrives, field, 0.0),
-        _caustics(landing, legs, d_landing, d_legs),
+        caustics(landing, legs, d_landing, d_legs),
         arrives,
         start,
         lost,
@@ -131,31 +132,35 @@ def arrive_all(routes: Route, setting: Setting, points: Float[Array, "n 2"]) -> 
     return jax.vmap(at_points, in_axes=(0, None, None))(routes, setting, points)
 
 
-def _caustics(landing: Landing, legs: Leg, d_landing: Landing, d_legs: Leg) -> Float[Array, ""]:
-    """Foci passed on the way: zeros of the tube's cross-section, a quadratic in the length of each leg.
-
-    Rays are normal to a wavefront, so that both zeros are real; rounding that makes them complex is clipped, which
-    keeps the double zero of an axial focus. Legs that run backwards give their foci back.
-    """
-
-    def foci(direction, length, d_position, d_direction):
-        def cross(a, b):
-            return dot(direction, jnp.cross(a, b))
-
-        (pu, pv), (du, dv) = d_position.T, d_direction.T
-        a, b, c = cross(du, dv), cross(pu, dv) + cross(du, pv), cross(pu, pv)
-        root = jnp.sqrt(jnp.maximum(b * b - 4 * a * c, 0.0))
-        q = -0.5 * (b + jnp.where(b < 0, -root, root))
-        # t lies between 0 and the length: compared as fractions, so that a or q may vanish.
-        passed = _between(c, q, length) + _between(q, a, length)
-        return jnp.where(length < 0, -1.0, 1.0) * passed
-
+def caustics(landing: Landing, legs: Leg, d_landing: Landing, d_legs: Leg) -> Float[Array, ""]:
+    """Foci passed on the way to the screen."""
     last = foci(landing.direction, landing.length, d_landing.position, d_landing.direction)
     before = jax.vmap(foci)(legs.direction, legs.length, d_legs.position, d_legs.direction)
     return jax.lax.stop_gradient(last + before.sum())
 
 
-def _between(numerator, denominator, length) -> Float[Array, ""]:
-    t = numerator / jnp.where(denominator == 0, 1.0, denominator)
-    inside = (t * jnp.sign(length) > 0) & (jnp.abs(t) < jnp.abs(length)) & (denominator != 0)
-    return jnp.where(inside, 1.0, 0.0)
+def foci(direction: Vectors, length, d_position: Float[Any, "3 ... 2"], d_direction: Float[Any, "3 ... 2"]):
+    """Foci passed on one leg: zeros of the tube's cross-section, a quadratic in the length.
+
+    Rays are normal to a wavefront, so that both zeros are real; rounding that makes them complex is clipped, which
+    keeps the double zero of an axial focus. Legs that run backwards give their foci back. The derivatives by the launch
+    coordinates are along the last axis.
+    """
+    xp = namespace(direction, length, d_position, d_direction)
+
+    def cross(a, b):
+        return dot(direction, xp.cross(a, b, axis=0))
+
+    (pu, pv), (du, dv) = ((part[..., 0], part[..., 1]) for part in (d_position, d_direction))
+    a, b, c = cross(du, dv), cross(pu, dv) + cross(du, pv), cross(pu, pv)
+    root = xp.sqrt(xp.maximum(b * b - 4 * a * c, 0.0))
+    q = -0.5 * (b + xp.where(b < 0, -root, root))
+    # t lies between 0 and the length: compared as fractions, so that a or q may vanish.
+    passed = _between(xp, c, q, length) + _between(xp, q, a, length)
+    return xp.where(length < 0, -1.0, 1.0) * passed
+
+
+def _between(xp, numerator, denominator, length):
+    t = numerator / xp.where(denominator == 0, 1.0, denominator)
+    inside = (t * xp.sign(length) > 0) & (abs(t) < abs(length)) & (denominator != 0)
+    return xp.where(inside, 1.0, 0.0)

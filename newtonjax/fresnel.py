@@ -5,13 +5,15 @@ at normal incidence; multiplied out, every division by the sine of incidence can
 Principles of Optics, section 1.5.2), so that values and gradients are finite at any incidence.
 """
 
-import jax
-import jax.numpy as jnp
-from jaxtyping import Array, Bool, Complex, Float
+from typing import Any
 
-from newtonjax.surfaces import dot
+from jaxtyping import Array, Bool, Complex
 
-Field = Complex[Array, "3 polarizations"]
+from newtonjax.quantities import as_complex, functions
+from newtonjax.surfaces import Vectors, dot
+
+# Of one ray, or of many along the last axes.
+Field = Complex[Any, "3 polarizations ..."]
 
 
 def amplitudes(n1, n2, cos_i, cos_t):
@@ -27,7 +29,7 @@ def amplitudes(n1, n2, cos_i, cos_t):
     return r_s, r_p, 2 * n1 * cos_i / d_s, 2 * n1 * cos_i / d_p
 
 
-def refract(n1, n2, direction: Float[Array, "3"], normal: Float[Array, "3"]):
+def refract(n1, n2, direction: Vectors, normal: Vectors):
     """Snell's law: refracted direction, cosines of incidence and refraction, and whether light passes at all.
 
     `normal` points against the light. Beyond the critical angle the cosine of refraction is 1 and the flag False.
@@ -37,17 +39,19 @@ def refract(n1, n2, direction: Float[Array, "3"], normal: Float[Array, "3"]):
     tangent = direction + cos_i * normal
     cos2_t = 1 - eta * eta * dot(tangent, tangent)
     passes = cos2_t > 0
-    cos_t = jnp.sqrt(jnp.where(passes, cos2_t, 1.0))
+    xp = functions(cos2_t)
+    cos_t = xp.sqrt(xp.where(passes, cos2_t, 1.0))
     return eta * tangent - cos_t * normal, cos_i, cos_t, passes
 
 
-def complex_cosine(n1, n2, direction, normal) -> Complex[Array, ""]:
+def complex_cosine(n1, n2, direction, normal) -> Complex[Any, "..."]:
     """Cosine of refraction, +i sqrt(sin² - 1) beyond the critical angle (time factor e^{-iωt})."""
     tangent = direction - dot(direction, normal) * normal
     cos2_t = 1 - (n1 / n2) ** 2 * dot(tangent, tangent)
     passes = cos2_t > 0
-    root = jnp.sqrt(jnp.where(cos2_t == 0, 1.0, jnp.abs(cos2_t)))
-    return jax.lax.complex(jnp.where(passes, root, 0.0), jnp.where(cos2_t < 0, root, 0.0))
+    xp = functions(cos2_t)
+    root = xp.sqrt(xp.where(cos2_t == 0, 1.0, abs(cos2_t)))
+    return as_complex(xp.where(passes, root, 0.0)) + 1j * as_complex(xp.where(cos2_t < 0, root, 0.0))
 
 
 def transmit_field(n1, n2, direction, normal, cos_i, cos_t, field: Field) -> Field:
@@ -62,7 +66,7 @@ def transmit_field(n1, n2, direction, normal, cos_i, cos_t, field: Field) -> Fie
     tangent = direction + cos_i * normal
     along_tangent = 2 * n1 * n2 * cos_i * (1 - (n1 / n2) ** 2) / (d_s * d_p)
     along_normal = 2 * n1 * cos_i**2 * (n1**2 - n2**2) / (n2 * d_s * d_p)
-    scale = jnp.sqrt(n2 * cos_t / (n1 * cos_i))
+    scale = functions(cos_t).sqrt(n2 * cos_t / (n1 * cos_i))
     straight, turned = 2 * n1 * cos_i / d_s, along_tangent * tangent + along_normal * normal
     return _apply(scale * straight, scale * turned, normal, field)
 
@@ -74,7 +78,8 @@ def reflect_field(n1, n2, direction, normal, cos_i, cos_t, field: Field) -> Fiel
     """
     tangent = direction + cos_i * normal
     # One dtype for all: the cosine of refraction may be imaginary.
-    n1, n2, cos_i, cos_t = (jnp.asarray(value).astype(field.dtype) for value in (n1, n2, cos_i, cos_t))
+    xp = functions(cos_t)
+    n1, n2, cos_i, cos_t = (xp.asarray(value).astype(field.dtype) for value in (n1, n2, cos_i, cos_t))
     r_s, r_p, _, _ = amplitudes(n1, n2, cos_i, cos_t)
     d_s = n1 * cos_i + n2 * cos_t
     d_p = n2 * cos_i + n1 * cos_t

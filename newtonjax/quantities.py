@@ -8,19 +8,30 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, Complex, Float, Int
 
-Scalar = float | int | np.floating | Float[Array | np.ndarray, ""] | Int[Array | np.ndarray, ""]
-Vector2 = tuple[Scalar, Scalar] | Float[Array | np.ndarray, "2"]
-Vector3 = tuple[Scalar, Scalar, Scalar] | Float[Array | np.ndarray, "3"]
+from newtonjax import jets
+from newtonjax.jet import Jet
+
+Scalar = float | int | np.floating | Float[Array | np.ndarray, ""] | Int[Array | np.ndarray, ""] | Float[Any, ""]
+Vector2 = tuple[Scalar, Scalar] | Float[Any, "2"]
+Vector3 = tuple[Scalar, Scalar, Scalar] | Float[Any, "3"]
 
 
 def is_concrete(*trees) -> bool:
-    """True when no leaf of the trees is being traced by a JAX transformation."""
-    return not any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(trees))
+    """True when no leaf of the trees is being traced by a JAX transformation, or carries tangents."""
+    return not any(isinstance(leaf, Tracer | Jet) for leaf in jax.tree.leaves(trees))
 
 
 def namespace(*trees) -> Any:
-    """NumPy for concrete values, which keeps float64 whatever JAX's setting; jax.numpy for traced ones."""
-    return np if is_concrete(*trees) else jnp
+    """NumPy for concrete values, which keeps float64 whatever JAX's setting; jax.numpy for traced ones; or `jets`."""
+    leaves = jax.tree.leaves(trees)
+    if any(isinstance(leaf, Jet) for leaf in leaves):
+        return jets
+    return jnp if any(isinstance(leaf, Tracer) for leaf in leaves) else np
+
+
+def functions(*numbers) -> Any:
+    """What a kernel takes its functions from: `jets` for jets, else jax.numpy."""
+    return jets if any(isinstance(number, Jet) for number in numbers) else jnp
 
 
 def module_of(array) -> Any:
@@ -30,7 +41,7 @@ def module_of(array) -> Any:
 
 def as_scalar(value):
     """A leaf for one number: a concrete one becomes a Python float, which no x64 setting can round."""
-    return value if isinstance(value, jax.Array) and not is_concrete(value) else _unwrap(value)
+    return value if isinstance(value, jax.Array | Jet) and not is_concrete(value) else _unwrap(value)
 
 
 def _unwrap(value):
@@ -40,8 +51,10 @@ def _unwrap(value):
     return float(value) if np.ndim(value) == 0 else value
 
 
-def as_vector(values):
+def as_vector(values) -> Any:
     """A leaf for a few numbers: NumPy float64 when concrete, a JAX array when traced."""
+    if isinstance(values, Jet):
+        return values
     if isinstance(values, jax.Array):
         return values if not is_concrete(values) else np.asarray(values, dtype=np.float64)
     if is_concrete(values):
@@ -60,6 +73,8 @@ def _numeric(values) -> bool:
 
 def as_complex(value: Float[Any, "..."]) -> Complex[Any, "..."]:
     """The value with an imaginary part of 0, in the precision it has; NumPy stays NumPy."""
+    if isinstance(value, Jet):
+        return value.astype(complex)
     if isinstance(value, np.ndarray | np.floating):
         return np.asarray(value + 0j)
     return jax.lax.complex(value, jnp.zeros_like(value))

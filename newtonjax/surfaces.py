@@ -3,15 +3,16 @@
 from typing import Any
 
 import equinox as eqx
-import jax.numpy as jnp
-import numpy as np
-from jaxtyping import Array, Bool, Float, Num
+from jaxtyping import Bool, Float, Num
 
-from newtonjax.quantities import Scalar, Vector2, Vector3, as_scalar, as_vector, finite, namespace, require
+from newtonjax.jet import Jet
+from newtonjax.quantities import Scalar, Vector2, Vector3, as_scalar, as_vector, finite, functions, namespace, require
 
 SHALLOW = 1e-3  # the series' first term left out is then 4e-17 of the sag
 
-Direction = Float[Array | np.ndarray, "3"]
+Direction = Float[Any, "3"]
+# Of one ray, or of many along the last axes.
+Vectors = Float[Any, "3 ..."]
 
 
 class Surface(eqx.Module):
@@ -46,14 +47,16 @@ def frame(tilt) -> tuple[Direction, Direction, Direction]:
     )
 
 
-def dot(a: Num[Any, "3"], b: Num[Any, "3 ..."]) -> Num[Any, "..."]:
-    """A · b, written out so that it fuses with its neighbours."""
+def dot(a: Num[Any, "3 ..."], b: Num[Any, "3 ..."]) -> Num[Any, "..."]:
+    """A · b, written out so that it fuses with its neighbours (in jets it is one product)."""
+    if isinstance(a, Jet) and isinstance(b, Jet) and a.ndim == b.ndim:
+        return (a * b).sum(axis=0)
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def intersect(
-    curvature, axis: Float[Array, "3"], origin: Float[Array, "3"], direction: Float[Array, "3"]
-) -> tuple[Float[Array, ""], Float[Array, "3"], Bool[Array, ""]]:
+    curvature, axis: Vectors, origin: Vectors, direction: Vectors
+) -> tuple[Float[Any, "..."], Vectors, Bool[Any, "..."]]:
     """Signed distance to the surface, its unit normal there, and whether the ray meets it at all.
 
     `origin` is relative to the vertex. The ray first slides to the vertex plane (point o, a·o = 0); from there,
@@ -67,8 +70,9 @@ def intersect(
     rho2 = dot(point, point)
     discriminant = b * b - curvature * curvature * rho2
     meets = discriminant > 0
-    root = jnp.sqrt(jnp.where(meets, discriminant, 1.0))
-    beyond = curvature * rho2 / (jnp.where(along > 0, root, -root) - b)
+    xp = functions(discriminant)
+    root = xp.sqrt(xp.where(meets, discriminant, 1.0))
+    beyond = curvature * rho2 / (xp.where(along > 0, root, -root) - b)
     normal = axis - curvature * (point + beyond * direction)
     return slide + beyond, normal, meets
 

@@ -1,6 +1,6 @@
 """One ray along one word: a scan over its interactions, geometry first, then the field along it."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -11,7 +11,7 @@ from newtonjax.beams import REFLECT, REST, exit_medium, itinerary, tables
 from newtonjax.fresnel import complex_cosine, reflect_field, refract, transmit_field
 from newtonjax.imaging import imaged_plane
 from newtonjax.light import field_at_launch, launch_frame
-from newtonjax.quantities import namespace
+from newtonjax.quantities import functions, namespace
 from newtonjax.scene import Scene
 from newtonjax.surfaces import Direction, dot, frame, intersect
 
@@ -129,7 +129,7 @@ def _hole(xp, scene: Scene, screen):
     return xp.asarray(shield.vertex), xp.asarray(frame(shield.tilt)[2]), xp.asarray(shield.radius, dtype=float)
 
 
-def _passes(setting: Setting, ray: Ray) -> Bool[Array, ""]:
+def _passes(setting: Setting, ray: Ray) -> Bool[Any, "..."]:
     """Whether the straight line on which a ray leaves goes through the hole of the shield."""
     centre, axis, radius = setting.hole
     offset = ray.position - centre
@@ -142,18 +142,20 @@ def _frame_at(xp, origin, directions: tuple[Direction, Direction, Direction]):
     return xp.asarray(origin), xp.asarray(x), xp.asarray(y), xp.asarray(z)
 
 
-def _interact(ray: Ray, stop: Route) -> tuple[Ray, Leg]:
+def interact(ray: Ray, stop: Route) -> tuple[Ray, Leg]:
+    """A ray to and through one interaction."""
     distance, normal, meets = intersect(stop.curvature, stop.axis, ray.position - stop.vertex, ray.direction)
     # A ray that has turned round would meet the face from its other side, and run backwards.
     faces = (dot(normal, ray.direction) < 0) == stop.down
-    normal = jnp.where(dot(normal, ray.direction) > 0, -normal, normal)
+    xp = functions(normal, ray.position)
+    normal = xp.where(dot(normal, ray.direction) > 0, -normal, normal)
     is_reflected, rests = stop.action == REFLECT, stop.action == REST
     refracted, cos_i, _, passes = refract(stop.before, stop.beyond, ray.direction, normal)
-    reflected = ray.direction + 2 * cos_i * normal
-    length = jnp.where(rests, 0.0, distance)
+    thrown_back = ray.direction + 2 * cos_i * normal
+    length = xp.where(rests, 0.0, distance)
     after = Ray(
         ray.position + length * ray.direction,
-        jnp.where(rests, ray.direction, jnp.where(is_reflected, reflected, refracted)),
+        xp.where(rests, ray.direction, xp.where(is_reflected, thrown_back, refracted)),
         ray.path + stop.before * length,
         ray.alive & (rests | (meets & faces & (passes | is_reflected))),
     )
@@ -168,20 +170,24 @@ def trace(route: Route, setting: Setting, start: Float[Array, "2"]) -> tuple[Lan
     origin, across_x, across_y, direction = setting.launch
     zero = jnp.zeros_like(start[0])
     ray = Ray(origin + start[0] * across_x + start[1] * across_y, direction, zero, zero == 0)
-    ray, legs = jax.lax.scan(_interact, ray, route)
+    ray, legs = jax.lax.scan(interact, ray, route)
+    return land(setting, ray), legs
+
+
+def land(setting: Setting, ray: Ray) -> Landing:
+    """A ray that has left the stack, on the screen."""
     vertex, screen_x, screen_y, screen_z = setting.screen
     offset = ray.position - vertex
     length = -dot(screen_z, offset) / dot(screen_z, ray.direction)
     point = offset + length * ray.direction
-    landing = Landing(
-        setting.magnification * jnp.stack([dot(screen_x, point), dot(screen_y, point)]),
+    return Landing(
+        setting.magnification * functions(point, screen_x).stack([dot(screen_x, point), dot(screen_y, point)]),
         ray.direction,
         ray.path + setting.exit_index * length,
         _passes(setting, ray),
         ray.position,
         length,
     )
-    return landing, legs
 
 
 def carry_field(route: Route, setting: Setting, legs: Leg) -> Complex[Array, "3 vectors"]:
@@ -189,12 +195,21 @@ def carry_field(route: Route, setting: Setting, legs: Leg) -> Complex[Array, "3 
 
     def step(field, stop_and_leg):
         stop, leg = stop_and_leg
-        n1, n2 = stop.before, stop.beyond
-        _, cos_i, cos_t, _ = refract(n1, n2, leg.direction, leg.normal)
-        through = transmit_field(n1, n2, leg.direction, leg.normal, cos_i, cos_t, field)
-        cos_c = complex_cosine(n1, n2, leg.direction, leg.normal)
-        back = reflect_field(n1, n2, leg.direction, leg.normal, cos_i, cos_c, field)
-        kept = jnp.where(stop.action == REST, field, through)
-        return jnp.where(stop.action == REFLECT, back, kept), None
+        passed = jnp.where(stop.action == REST, field, transmitted(stop, leg, field))
+        return jnp.where(stop.action == REFLECT, reflected(stop, leg, field), passed), None
 
     return jax.lax.scan(step, setting.field, (route, legs))[0]
+
+
+def transmitted(stop: Route, leg: Leg, field):
+    """The field vectors beyond one interaction."""
+    n1, n2 = stop.before, stop.beyond
+    _, cos_i, cos_t, _ = refract(n1, n2, leg.direction, leg.normal)
+    return transmit_field(n1, n2, leg.direction, leg.normal, cos_i, cos_t, field)
+
+
+def reflected(stop: Route, leg: Leg, field):
+    """The field vectors that one interaction throws back."""
+    n1, n2 = stop.before, stop.beyond
+    cos_i, cos_t = -dot(leg.direction, leg.normal), complex_cosine(n1, n2, leg.direction, leg.normal)
+    return reflect_field(n1, n2, leg.direction, leg.normal, cos_i, cos_t, field)

@@ -3,9 +3,9 @@
 import csv
 import json
 
-import jax.numpy as jnp
 import numpy as np
 import pytest
+from compilations import compilations
 from shell import refusal
 
 import fitting
@@ -40,12 +40,15 @@ def attained(job: Job, design) -> tuple[float, float]:
 
 @pytest.fixture(scope="module")
 def found():
-    return fitting.design(SCENE, CAMERA, VARY, known=KNOWN, starts=2)
+    with compilations() as compiled:
+        made = fitting.design(SCENE, CAMERA, VARY, known=KNOWN, starts=2)
+    assert compiled.count == 0
+    return made
 
 
 def test_the_forecast_is_that_of_the_whole_image(job):
     for design in (job.before, job.before * np.array([1.1, 0.8, 0.9, 2.0])):
-        fast, _ = prospects(job.layout(9, 64), job.bench(LIMIT), design, jnp.asarray(job.over))
+        fast, _ = prospects(job.layout(9, 64), job.bench(LIMIT), design, job.over)
         total, noise = attained(job, design)
         assert float(np.exp(fast.total[0])) == pytest.approx(total, rel=0.02)
         assert float(np.exp(fast.noise[0])) == pytest.approx(noise, rel=0.02)
@@ -54,7 +57,7 @@ def test_the_forecast_is_that_of_the_whole_image(job):
 def test_a_centre_is_told_in_pixels_of_the_camera(job):
     for design in (job.before, job.before * np.array([1.0, 0.6, 1.0, 1.0])):
         aside = Job(SCENE, CAMERA, VARY, {}, "centre_x", FREE, {}, None)
-        fast = forecast(aside.layout(9, 96), aside.bench(LIMIT), design, jnp.asarray(aside.over))
+        fast = forecast(aside.layout(9, 96), aside.bench(LIMIT), design, aside.over)
         told = fitting.information(*aside.made(design, aside.over[0]), aside.free)
         assert float(np.exp(fast.noise[0])) * aside.over[0] == pytest.approx(told.sd("centre_x"), rel=0.03)
 
@@ -63,12 +66,10 @@ def test_slopes_are_those_of_differences_at_the_design_too(job, found):
     """There limits and bounds are active."""
     layout, bench = job.layout(9, 64), job.bench(LIMIT)
     for design in (job.before, np.array(list(found.values.values()))):
-        _, slope = prospects(layout, bench, design, jnp.asarray(job.over))
+        _, slope = prospects(layout, bench, design, job.over)
         for k in range(len(design)):
             step = 1e-6 * design[k] * np.eye(len(design))[k]
-            (ahead, _), (back, _) = (
-                prospects(layout, bench, design + s * step, jnp.asarray(job.over)) for s in (1, -1)
-            )
+            (ahead, _), (back, _) = (prospects(layout, bench, design + s * step, job.over) for s in (1, -1))
             for name in ("total", "noise", "used"):
                 by_step = (np.asarray(getattr(ahead, name)) - np.asarray(getattr(back, name))) / (2e-6 * design[k])
                 exact = np.asarray(getattr(slope, name))[..., k]
@@ -81,7 +82,7 @@ def test_no_grid_finds_a_better_one(job, found):
     best = np.inf
     layout, bench = job.layout(9, 64), job.bench(LIMIT)
     for design in np.stack([axis.ravel() for axis in np.meshgrid(*axes)], axis=1)[::5]:
-        value, _ = prospects(layout, bench, design, jnp.asarray(job.over))
+        value, _ = prospects(layout, bench, design, job.over)
         if np.all(np.asarray(value.used) <= 1):
             best = min(best, float(np.exp(value.total[0])))
     assert np.isfinite(best)

@@ -4,12 +4,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from compilations import compilations
 from scipy.stats import norm, poisson
 
 import newtonjax as nj
-from fitting import information
+from fitting import information, sensitivity
 from fitting.electrons import variance
 from fitting.knobs import knobs
+from fitting.sensitivities import derivative_images
 
 CAMERA = nj.Camera((96, 80), 60e-6, centre_px=(30.0, 51.5), exposure=8000.0, full_well=20_000.0, bits=10)
 FREE = ("radius", "gap", "centre_x", "centre_y", "exposure", "contrast", "stray")
@@ -210,3 +212,19 @@ def test_nothing_of_it_needs_x64_to_be_set():
     with jax.enable_x64(False):
         single = information(bench(), CAMERA, ("radius", "gap")).sd("radius")
     assert single == pytest.approx(information(bench(), CAMERA, ("radius", "gap")).sd("radius"), rel=1e-12)
+
+
+def test_other_names_scenes_and_shapes_compile_nothing():
+    scenes = [
+        bench(),
+        nj.newton_rings(1.0, 589e-9, 0.1e-6, "transmitted", screen="gap"),
+        nj.air_wedge(1e-3, screen="gap"),
+    ]
+    with compilations() as compiled:
+        for scene, shape in zip(scenes, [(30, 40), (64, 50), (41, 41)], strict=True):
+            camera = nj.Camera(shape, 50e-6)
+            for names in (("gap", "exposure"), ("wavelength", "light_tilt_x", "stray"), tuple(knobs(scene, camera))):
+                information(scene, camera, names)
+        sensitivity(scenes[0], nj.Camera((33, 35), 50e-6), "gap", free=("radius", "exposure"))
+        derivative_images(scenes[1], nj.Camera((20, 30), 50e-6), ("radius", "index"))
+    assert compiled.count == 0
