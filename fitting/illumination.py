@@ -141,12 +141,12 @@ def robust_fit(
         solution = _illuminated(model, reduced, [turned], fixed, parts)
     left, scale = robust.residuals_of(solution, reduced, None), None
     spread = robust.spread_of(left, reduced.used)
-    if not _is_clean(left, reduced, spread):
+    if not is_clean(left, reduced, spread):
         weighted = replace(reduced, weights=tukey(left.value, reduced, spread))
         start = _illuminated(model, weighted, [solution.numbers], fixed, parts)
         settled = robust.settle(start.problem, reduced, start, spread)
         # What a bad first fit took for outliers may be none.
-        if _is_clean(settled.left, reduced, settled.scale):
+        if is_clean(settled.left, reduced, settled.scale):
             solution = _illuminated(model, reduced, [settled.solution.numbers], fixed, parts)
         else:
             solution, left, scale = settled
@@ -172,7 +172,7 @@ def sharpened(found: Fitted) -> Fitted:
     return replace(found, solution=solution, left=left, matrix=last.matrix)
 
 
-def _is_clean(left: Residuals, reduced: Reduced, spread: float) -> bool:
+def is_clean(left: Residuals, reduced: Reduced, spread: float) -> bool:
     sample = thin(reduced.used)
     away = np.abs(left.value[sample][reduced.used[sample]])
     square = float((reduced.weights * left.value**2).sum(dtype=float) / reduced.weights.sum(dtype=float))

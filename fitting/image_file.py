@@ -74,6 +74,26 @@ def _is_tiff(path: Path) -> bool:
         return file.read(4) in (b"II*\0", b"MM\0*")
 
 
+def has_more(path: str | Path) -> bool:
+    """Whether a file holds further pictures of the first one's size: pages of a TIFF, frames of a GIF, PNG or WebP."""
+    from PIL import Image
+
+    with Path(path).open("rb") as file:
+        head = file.read(4)
+    if Path(path).suffix.lower() in _RAW:
+        return False
+    if head in (b"II*\0", b"MM\0*"):
+        import tifffile
+
+        with tifffile.TiffFile(path) as file:
+            first, second = file.pages.first, next(iter(file.pages[1:2]), None)
+            return second is not None and second.shape == first.shape
+    if head not in (b"GIF8", b"\x89PNG", b"RIFF"):
+        return False  # the further pictures of a JPEG are its own, smaller or for the other eye
+    with Image.open(path) as picture:
+        return getattr(picture, "is_animated", False)
+
+
 def _read(path: Path) -> np.ndarray:
     with path.open("rb") as file:
         head = file.read(26)

@@ -120,9 +120,9 @@ def _on_plate(known: Quantities, values: dict[str, float], budget: list) -> tupl
 def _on_the_mean(found: Fitted, common: dict, spread: np.ndarray, units: np.ndarray, moving: list[int]) -> dict:
     """Fringe scale, its deviation and the covariance, where the scale is that of the mean of the field."""
     free, scale = found.numbers, common["fringe_scale_per_px2"]
-    mean, step = _mean_scale(found, free), 1e-5
+    mean, step = mean_scale(found, free), 1e-5
     slope = np.array(
-        [(_mean_scale(found, free + e) - _mean_scale(found, free - e)) / (2 * step) for e in step * np.eye(len(free))]
+        [(mean_scale(found, free + e) - mean_scale(found, free - e)) / (2 * step) for e in step * np.eye(len(free))]
     )
     # Columns of the covariance are in units of the answer, the slope is per free number.
     change = np.eye(len(free))
@@ -137,7 +137,7 @@ def _on_the_mean(found: Fitted, common: dict, spread: np.ndarray, units: np.ndar
     }
 
 
-def _mean_scale(found: Fitted, free: np.ndarray) -> float:
+def mean_scale(found: Fitted, free: np.ndarray) -> float:
     """What a distortion makes of the scale on the mean of the field: slope of the object's r² over the image's."""
     model = found.model
     if not isinstance(model, GapModel):

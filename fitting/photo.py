@@ -8,7 +8,7 @@ import numpy as np
 from scipy import ndimage
 
 from fitting.codes import Codes, Curve
-from fitting.image_file import SMALLER, load
+from fitting.image_file import SMALLER, has_more, load
 from fitting.smoothing import smooth, thin
 from newtonjax.memory import require_memory
 
@@ -78,6 +78,8 @@ def read(
         lit &= np.isfinite(plane)
     lit &= _not_wild(codes, lit) & _lit(codes)
     warnings = []
+    if isinstance(source, str | Path) and has_more(source):
+        warnings.append("the file holds several pictures: the first was taken; fitting.fit_stack measures all of them")
     if mask is not None:
         mask = np.asarray(mask, dtype=bool)
         if mask.shape != plane.shape:
@@ -94,6 +96,32 @@ def read(
     codes = Codes(plane, replace(codes.curve, unit=unit or 1.0))
     labels = _CHANNELS if count == 3 else ("grey",)
     return Photograph(codes, usable, lit, labels[channel], name, warnings)
+
+
+def read_again(source: np.ndarray, like: Photograph) -> Photograph:
+    """Another frame of the same view, read as `like` was: its channel, curve, unit of light and lit field.
+
+    Masked are pixels that are saturated, far outside of all others or no numbers in this frame. Raises ValueError for
+    an image of another shape or type.
+    """
+    picture = np.ma.asarray(source)
+    raw, _, _ = _checked(picture.data)
+    if raw.shape[:2] != like.codes.shape:
+        raise ValueError(f"the frame has the shape {raw.shape[:2]}, others {like.codes.shape}")
+    channel = _CHANNELS.index(like.channel) if like.channel in _CHANNELS else 0
+    if raw.dtype.newbyteorder("=") != like.codes.codes.dtype or channel >= raw.shape[2]:
+        kind = f"{raw.dtype} with {raw.shape[2]} channels"
+        raise ValueError(f"the frame is {kind}, others {like.codes.codes.dtype} of which {like.channel} is used")
+    plane = np.array(raw[:, :, channel], like.codes.codes.dtype, order="C")
+    whole = np.issubdtype(plane.dtype, np.integer)
+    lit = like.lit & _opaque(picture)
+    if not whole:
+        lit &= np.isfinite(plane)
+    codes = Codes(plane, like.codes.curve)
+    lit &= _not_wild(codes, lit)
+    top = like.codes.curve.top if whole else np.inf
+    usable = lit & _below(plane, min(_SATURATED * top, _pile_up(plane)))
+    return replace(like, codes=codes, lit=lit, mask=usable, warnings=[])
 
 
 def read_mask(path: str | Path) -> np.ndarray:

@@ -29,12 +29,7 @@ def refused(reason: str, photograph: Photograph, began: float) -> FitResult:
 def summarize(photograph: Photograph, known: Quantities, view: str, choice: Choice, began: float) -> FitResult:
     """The result of a fit that was not refused."""
     found, evidence, rivals = choice
-    # Below the rounding of single precision nothing is known of the residuals.
-    known_noise = found.chi2 > _ROUNDING * found.solution.normal.square
-    inflation = fringe_correlation(found.reduced.grid, found.left) if known_noise else 1.0
-    chi2 = max(found.chi2, _ROUNDING * found.solution.normal.square)
-    variance = chi2 / max(found.weight - float(np.sum(found.matrix.active)), 1.0) * inflation
-    variance *= _of_biweight(found.left, found.reduced.weights) if known_noise else 1.0
+    variance, inflation = variance_of(found)
     warnings = [*photograph.warnings, *_warnings(inflation, known)]
     warnings += [f"{part}: {why}" for part, why in evidence.items() if why.startswith(UNFITTED)]
     if float(found.solution.point.modulus.mean()) < 0:
@@ -68,6 +63,16 @@ def summarize(photograph: Photograph, known: Quantities, view: str, choice: Choi
     seen = Evidence(found, known, variance, covariance)
     seconds = time.perf_counter() - began
     return FitResult(**numbers, warnings=warnings, seconds=seconds, evidence=seen, **common)
+
+
+def variance_of(found: Fitted) -> tuple[float, float]:
+    """Variance of the light per unit weight, errors that neighbours share included, and their factor in it."""
+    # Below the rounding of single precision nothing is known of the residuals.
+    known_noise = found.chi2 > _ROUNDING * found.solution.normal.square
+    inflation = fringe_correlation(found.reduced.grid, found.left) if known_noise else 1.0
+    chi2 = max(found.chi2, _ROUNDING * found.solution.normal.square)
+    variance = chi2 / max(found.weight - float(np.sum(found.matrix.active)), 1.0) * inflation
+    return variance * (_of_biweight(found.left, found.reduced.weights) if known_noise else 1.0), inflation
 
 
 def _of_biweight(left: Residuals, weights: np.ndarray) -> float:
