@@ -96,7 +96,7 @@ def at_every_pixel(
     function: Callable[[Float[Array, "chunk 2"]], Shaped[Array, " chunk"]], camera: Camera, chunk: int
 ) -> Shaped[Array, "rows columns"]:
     """A function of screen points [m] at every pixel, `chunk` pixels at a time."""
-    x, y = camera.axes()
+    x, y = map(jnp.asarray, camera.axes())
     rows, columns = camera.shape
     count = min(chunk, rows * columns)
     chunks = -(-rows * columns // count)
