@@ -165,7 +165,10 @@ def table(found: dict) -> str:
         "|---|---|---|---|---|---|",
     ]
     fresh = {f"first {name}": row for name, row in found.get("simulator", {}).get("cold", {}).items()}
-    for name, row in {**fresh, **{f"newtonjax {name}": row for name, row in found.get("shell", {}).items()}}.items():
+    for name, row in {
+        **fresh,
+        **{f"newtonjax {name}": row for name, row in found.get("shell", {}).items() if name != "load"},
+    }.items():
         cells = f"{row['cpu_s']:.2f} | {row['ratio']:.1f} | {row['limit']:g} | {'yes' if row['holds'] else 'no'}"
         lines.append(f"| {name} | {cells} | {row['peak_mb']:.0f} |")
     if one := found.get("stack"):
