@@ -1,7 +1,7 @@
 """The models of `models` as the solver takes them: on the nodes of one grid."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import jax.numpy as jnp
 import numpy as np
@@ -13,6 +13,8 @@ from fitting.models import NUMBERS, Frame, GapModel, SceneModel, as_arrays, loca
 from fitting.reduction import Grid
 
 _CONTACT = NUMBERS.index("contact")
+# A tangent of a bench's phase holds to a millionth of a turn within a thousandth of one.
+_STRAIGHT = 1e-3
 
 
 def frame_on(grid: Grid, numbers: np.ndarray | None = None) -> Frame:
@@ -90,13 +92,17 @@ class GapFringes(AbstractFringes):
 
 @dataclass(frozen=True)
 class BenchFringes(AbstractFringes):
-    """A traced bench at the nodes of its frame."""
+    """A traced bench at the nodes of its frame, traced anew where the phase has moved by more than a tangent holds."""
 
     model: SceneModel
+    traced: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = field(default_factory=list, compare=False, repr=False)
 
     def fields(self, numbers: np.ndarray) -> Fields:
-        local = localize(as_arrays(self.model), jnp.asarray(numbers))
-        value, slope = np.asarray(local.value), np.asarray(local.slope)
+        if not self.traced or np.abs(self.traced[0][2][0] @ (numbers - self.traced[0][0])).max() > _STRAIGHT:
+            local = localize(as_arrays(self.model), jnp.asarray(numbers))
+            self.traced[:] = [(np.array(numbers), np.asarray(local.value), np.asarray(local.slope))]
+        at, value, slope = self.traced[0]
+        value = value + slope @ (numbers - at)
         return Fields(value[0], slope[0], value[1], slope[1])
 
     def edges(self, numbers: np.ndarray) -> PhaseAt | None:  # noqa: ARG002  # a bench has no contact
