@@ -104,7 +104,7 @@ def from_coefficients(
     weights: Float[Array | np.ndarray, "rows columns"] | Callable[[Array], Array] | None = None,
 ) -> NormalEquations:
     """`normal_equations` of an image that is given by its Chebyshev coefficients (background, moduli, phases)."""
-    at = of_nodes(parameters)
+    at = jnp.asarray(of_nodes(parameters))
     changes = jnp.moveaxis(jax.jacfwd(of_nodes)(parameters), -1, 0)
     if callable(weights):
         weights = weights(synthesize(at, shape))

@@ -92,3 +92,13 @@ def _room_after_a_module():
 def _room_after_a_test():
     yield
     memory.release(AFTER_A_TEST)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _rays_of_this_process():
+    """Take back what the command under test keeps: the program of the rays, loaded from its cache folder."""
+    from newtonjax import packed
+
+    own = packed.rays
+    yield
+    packed.rays = own

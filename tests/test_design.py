@@ -82,7 +82,7 @@ def test_no_grid_finds_a_better_one(job, found):
     best = np.inf
     layout, bench = job.layout(9, 64), job.bench(LIMIT)
     for design in np.stack([axis.ravel() for axis in np.meshgrid(*axes)], axis=1)[::5]:
-        value, _ = prospects(layout, bench, design, job.over)
+        value = forecast(layout, bench, design, job.over)
         if np.all(np.asarray(value.used) <= 1):
             best = min(best, float(np.exp(value.total[0])))
     assert np.isfinite(best)
