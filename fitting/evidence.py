@@ -123,12 +123,12 @@ class RingEvidence:
         )
 
 
-def evidence_of(photograph: Photograph, rings: Rings) -> RingEvidence:
-    """The evidence for rings that a search found."""
+def evidence_of(photograph: Photograph, rings: Rings, view: View | None = None) -> RingEvidence:
+    """The evidence for rings that a search found; `view` as in `resolving_view`."""
     x, y = pixels_of(photograph.mask)
     orders = orders_of(photograph, rings)
     bend = rings.scale * float(((x - x.mean()) ** 2 + (y - y.mean()) ** 2).max()) if len(x) else 0.0
-    view = resolving_view(photograph, rings)
+    view = resolving_view(photograph, rings, view)
     tiles = Tiles.of(view, rings, np.clip(4 * orders**2, _FEWEST_TILES, _MOST_TILES))
     second, third = 0.0, 0.0
     # Crests that are cut off leave harmonics undetermined.

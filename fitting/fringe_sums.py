@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Float64
 
-from fitting.reduction import DEGREES, NODES, Reduced
+from fitting.reduction import DEGREES, NODES, Grid, Reduced
 from newtonjax import chebyshev
 
 _CHUNK = 64
@@ -51,8 +51,8 @@ class Residuals(NamedTuple):
     square: float
 
 
-# The phase [turns] at positions x, y [px].
-PhaseAt = Callable[[np.ndarray, np.ndarray], np.ndarray]
+# The phase [turns] of rows of a grid's blocks.
+PhaseAt = Callable[[Grid, slice], np.ndarray]
 
 
 def table_of(values: Float64[np.ndarray, " nodes"]) -> Float64[np.ndarray, "17 17"]:
@@ -69,7 +69,7 @@ def _analysis() -> np.ndarray:
 def sums(reduced: Reduced, reference: Float64[np.ndarray, " nodes"], phase_at: PhaseAt | None = None) -> Sums:
     """Moments of a reduced photograph with its own weights about a phase given at the nodes [turns].
 
-    `phase_at`: the same phase at any position, where the nodes do not resolve it.
+    `phase_at`: the same phase of rows of blocks, where the nodes do not resolve it.
     """
     return _Pass(reduced, reference, phase_at).sums()
 
@@ -119,7 +119,7 @@ class _Pass:
     def turns(self, rows: slice) -> np.ndarray:
         grid = self.reduced.grid
         if self.phase_at is not None:
-            return self.phase_at(grid.x[None], grid.y[rows, None])
+            return self.phase_at(grid, rows)
         return self.phase_rows[rows] @ self.phase_columns
 
     def sums(self) -> Sums:

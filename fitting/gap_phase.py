@@ -47,8 +47,13 @@ def phase(model: GapModel, x, y, numbers: Float[np.ndarray, " free"]) -> np.ndar
     r2 = _stretched(offset.dx, offset.dy, *numbers[4:6])[0]
     k = numbers[0] / model.frame.unit**2
     spheres = _spheres(model, r2, k, *numbers[4:6])[0]
-    flat = 0.0 if numbers[7] == 0 else _hertz(r2, numbers[7] * model.frame.unit**2)[0] - r2
+    flat = 0.0 if numbers[7] == 0 else flattened(r2, numbers[7] * model.frame.unit**2)
     return k * (r2 * spheres + flat) + numbers[3]
+
+
+def flattened(r2, a2: float) -> np.ndarray:
+    """By how much a contact of squared radius a2 lowers the gap of touching spheres, over half their curvature."""
+    return _hertz(r2, a2)[0] - r2
 
 
 def squared_distance(model: GapModel, x, y, numbers: Float[np.ndarray, " free"]) -> np.ndarray:
@@ -133,11 +138,15 @@ def _steepened(square, r2):
 
 
 def _hertz(r2, a2):
-    """`newtonjax.contact.hertz_gap` and its derivatives by r² and a²."""
+    """`newtonjax.contact.hertz_gap` and its derivatives by r² and a².
+
+    With t = sqrt(r²/a² - 1), and 0 inside the disc, arcsin(a/r) is π/2 - arctan t: Johnson's (1985) eq. 3.42a becomes
+    a² (2/π) (t + (t² - 1) arctan t), a third of the work.
+    """
     if a2 <= 0:
         return r2 - 2 * a2, np.ones_like(r2), np.full_like(r2, -2.0)
-    far = np.maximum(r2, a2)
-    sine, cosine = np.sqrt(a2 / far), np.sqrt(1 - a2 / far)
-    angle = (2 / np.pi) * np.arcsin(sine)
-    both = (2 / np.pi) * sine * cosine
-    return far - 2 * a2 + (2 * a2 - far) * angle + far * both, 1 - angle + both, 2 * angle - 2
+    t2 = np.maximum(r2 / a2 - 1, 0)
+    t = np.sqrt(t2)
+    angle = np.arctan(t)
+    gap = (2 / np.pi) * a2 * (t + (t2 - 1) * angle)
+    return gap, (2 / np.pi) * (angle + t / (1 + t2)), (-4 / np.pi) * angle

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from fitting import edges, robust
+from fitting.correlation import fringe_correlation
 from fitting.elimination import CONTRAST, contrast_at_nodes, eliminate, normal_equations
 from fitting.fringe_sums import Residuals, sums, table_of
 from fitting.models import NUMBERS, GapModel, SceneModel, held_numbers
@@ -13,12 +14,14 @@ from fitting.moments import BACKGROUND
 from fitting.normal_matrix import NormalMatrix, choose_degrees, normal_matrix
 from fitting.phases import fringes_of
 from fitting.reduction import Grid, Reduced
-from fitting.smoothing import thin
+from fitting.smoothing import median, thin
 from fitting.solver import Problem, Solution, solve, stay
 
 # Share of blocks beyond four standard deviations from which on they are outliers (a normal distribution: 6e-5), and
 # how many times the variance that their median tells residuals may have without any.
 _OUTLIERS, _HEAVY = 1e-3, 2.0
+# What rounding leaves of the light's sum of squares, in squares of its type's precision.
+_ROUNDED = 1e6
 # With fewer fringes than this a background of high degree imitates them; then these degrees of background and contrast.
 FEW = 4.0
 _SHAPES = ((0, 0), (1, 1), (2, 2))
@@ -74,6 +77,11 @@ class Fitted:
         return float(self.left.weights.sum(dtype=float))
 
     @cached_property
+    def correlation(self) -> float:
+        """By how much errors that neighbours share raise the variance of what the fringes measure."""
+        return fringe_correlation(self.reduced.grid, self.left)
+
+    @cached_property
     def variance(self) -> float:
         """Weighted sum of squares about the best background without fringes, of a degree that does not imitate them."""
         return eliminate(self.solution.normal, _SHAPES[-1][0] if self.orders < FEW else BACKGROUND).square
@@ -93,7 +101,7 @@ class Fitted:
         """The rings' phase at every block [turns]."""
         at = self.solution.problem.phase.edges(self.numbers)
         grid = self.reduced.grid
-        return at_blocks(grid, self.solution.fields.phase) if at is None else at(grid.x[None], grid.y[:, None])
+        return at_blocks(grid, self.solution.fields.phase) if at is None else at(grid, slice(None))
 
 
 def at_blocks(grid: Grid, nodes: np.ndarray) -> np.ndarray:
@@ -173,6 +181,10 @@ def sharpened(found: Fitted) -> Fitted:
 
 
 def is_clean(left: Residuals, reduced: Reduced, spread: float) -> bool:
+    """Whether residuals hold no outliers: none beyond a normal distribution's, or rounding alone."""
+    light = float((reduced.weights * reduced.light**2).sum(dtype=float))
+    if left.square < _ROUNDED * np.finfo(reduced.light.dtype).eps ** 2 * light:
+        return True
     sample = thin(reduced.used)
     away = np.abs(left.value[sample][reduced.used[sample]])
     square = float((reduced.weights * left.value**2).sum(dtype=float) / reduced.weights.sum(dtype=float))
@@ -183,7 +195,7 @@ def tukey(residual: np.ndarray, reduced: Reduced, spread: float | None = None) -
     """The blocks' weights times Tukey's biweights, which end at six standard deviations as the median tells them."""
     if spread is None:
         sample = thin(reduced.used)
-        spread = 1.4826 * float(np.median(np.abs(residual[sample][reduced.used[sample]])))
+        spread = 1.4826 * median(np.abs(residual[sample][reduced.used[sample]]))
     if not spread:
         return reduced.weights
     share = np.clip(1 - (residual / np.float32(6 * spread)) ** 2, 0, None)

@@ -122,12 +122,13 @@ def _refine(fringes: np.ndarray, rings: Rings) -> Rings:
     size = 3 * _BLOCKS
     frequency = fft.fftfreq(size)
     bends = np.linspace(-2.4, 2.4, 25) / reach2
+    chirp_y, chirp_x = (np.exp(-2j * np.pi * np.outer(bends, at**2)).astype(np.complex64) for at in (dy, dx))
+    chirped = grid.astype(np.complex64) * chirp_y[:, :, None] * chirp_x[:, None, :]
+    power = np.abs(np.asarray(fft.fft2(chirped, (size, size)))).reshape(len(bends), -1)
     peaks = []
-    for bend in bends:
-        chirped = grid * np.exp(-2j * np.pi * bend * dy**2)[:, None] * np.exp(-2j * np.pi * bend * dx**2)[None]
-        power = np.abs(np.asarray(fft.fft2(chirped, (size, size))))
-        at = np.unravel_index(int(np.argmax(power)), power.shape)
-        peaks.append((float(power[at]), frequency[at[1]] / (x[1] - x[0]), frequency[at[0]] / (y[1] - y[0])))
+    for one in power:
+        row, column = np.unravel_index(int(np.argmax(one)), (size, size))
+        peaks.append((float(one.max()), frequency[column] / (x[1] - x[0]), frequency[row] / (y[1] - y[0])))
     highest = int(np.argmax([peak[0] for peak in peaks]))
     _, *slope = peaks[highest]
     bend = float(bends[highest] + (bends[1] - bends[0]) * _vertex([peak[0] for peak in peaks], highest))

@@ -7,7 +7,6 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from fitting.correlation import fringe_correlation
 from fitting.evidence import evidence_of
 from fitting.illumination import Fitted, robust_fit, sharpened
 from fitting.matched import Rings
@@ -19,12 +18,13 @@ from fitting.reduction import block_size, reduce
 from fitting.result import FitResult
 from fitting.scene_start import scene_start
 from fitting.selection import Choice, adapt, checked_parts
-from fitting.smoothing import pixels_of
+from fitting.smoothing import pixels_of, thin
 from fitting.start import find_rings, follow, settled
 from fitting.summary import refused, summarize
 from fitting.transfer import linearized
 from fitting.trials import WARPS
 from fitting.verdict import too_steep, why_refused
+from fitting.view import View, view_of
 from newtonjax.gap import required_gap
 from newtonjax.precision import x64
 from newtonjax.scene import Scene
@@ -115,20 +115,23 @@ def fit(
     if (usable := int(photograph.mask.sum())) < _FEWEST:
         reason = f"{usable} pixels of {photograph.mask.size} can be used: the image is saturated, dark or masked"
         return refused(reason, photograph, began)
-    if np.ptp(photograph.codes.codes[photograph.mask]) == 0:
+    if _is_uniform(photograph):
         return refused("the image is uniform: there are no fringes", photograph, began)
     with x64(), one_blas_thread():
-        rings = _start(photograph, known, start)
+        coarse = view_of(photograph)
+        rings = _start(photograph, known, start, coarse)
         if reason := too_steep(photograph, rings, known):
             return refused(reason, photograph, began)
         # A bench may well make fringes of many beams, or slanted ones; and a person who gives a start has seen them.
-        if scene is None and not start and (reason := evidence_of(photograph, rings).reason):
+        if scene is None and not start and (reason := evidence_of(photograph, rings, coarse).reason):
             return refused(reason, photograph, began)
         held, pinned = fixed if scene is None else {}, 0.5 if view == "reflected" else 0.0
-        choice = _of_gap(photograph, rings, known, view, held, wishes, pinned, scene)
+        plain = _plain(photograph, rings, known, view, held)
+        choice = _of_gap(plain, photograph, rings, known, wishes, pinned, scene)
         if transfer is None and (linear := linearized(photograph, choice.found)) is not None:
             photograph = linear
-            choice = _of_gap(photograph, rings, known, view, held, wishes, pinned, scene, choice.found)
+            plain = _plain(photograph, rings, known, view, held, plain)
+            choice = _of_gap(plain, photograph, rings, known, wishes, pinned, scene, choice.found)
         choice = choice._replace(found=sharpened(finely(choice.found, photograph)))
         if reason := why_refused(choice.found, photograph, rings):
             return refused(reason, photograph, began)
@@ -144,6 +147,13 @@ def fit(
             choice = adapt(found, photograph, wishes | {"contact": False}, pinned)
             choice = choice._replace(found=finely(choice.found, photograph))
         return summarize(photograph, known, view, choice, began)
+
+
+def _is_uniform(photograph: Photograph) -> bool:
+    codes, mask = photograph.codes.codes, photograph.mask
+    sample = thin(mask)
+    # A sample tells it of nearly all; the whole takes a copy of every usable pixel.
+    return all(np.ptp(values) == 0 for values in (codes[sample][mask[sample]], codes[mask]) if values.size)
 
 
 def one_blas_thread():
@@ -175,9 +185,9 @@ def _known(arguments: dict, scene: Scene | None) -> Quantities:
     return known
 
 
-def _start(photograph: Photograph, known: Quantities, start: dict) -> Rings:
+def _start(photograph: Photograph, known: Quantities, start: dict, view: View) -> Rings:
     if not start:
-        return find_rings(photograph)
+        return find_rings(photograph, view)
     scale = start.get("fringe_scale_per_px2")
     if scale is None:
         values = known.given
@@ -187,31 +197,37 @@ def _start(photograph: Photograph, known: Quantities, start: dict) -> Rings:
     return follow(photograph, Rings(float(scale), start["centre_px"], 0.0, 0.0))
 
 
-def _of_gap(
-    photograph, rings: Rings, known, view: str, fixed: dict, wishes: dict, pinned: float, scene, before=None
-) -> Choice:
-    """A fit of the gap formula with the parts that it needs.
+def _plain(
+    photograph: Photograph, rings: Rings, known: Quantities, view: str, fixed: dict, before: Fitted | None = None
+) -> Fitted:
+    """A fit of the gap formula without parts; `before`: one on the same photograph with another curve."""
+    return finely(_fit_gap(photograph, rings, known, view, fixed, before), photograph)
+
+
+def _of_gap(plain: Fitted, photograph, rings: Rings, known, wishes: dict, pinned: float, scene, before=None) -> Choice:
+    """A fit of the gap formula with the parts that it needs, next to one without.
 
     A bench has parts of its own: then, as without a pixel size, where a distortion has nothing to be measured against,
     warps are tried only where the rings are not found without them: where a fit is refused, or leaves more than twice
     what is left with them.
     """
-    plain = Choice(finely(_fit_gap(photograph, rings, known, view, fixed), photograph), {})
     scaled = scene is None and known.unknown is not None
-    if scaled or why_refused(plain.found, photograph, rings):
-        return adapt(plain.found, photograph, wishes, pinned, before)
+    if scaled or why_refused(plain, photograph, rings):
+        return adapt(plain, photograph, wishes, pinned, before)
     if scene is not None:
-        return plain
-    choice = adapt(plain.found, photograph, dict.fromkeys(WARPS, False) | wishes, pinned, before)
+        return Choice(plain, {})
+    choice = adapt(plain, photograph, dict.fromkeys(WARPS, False) | wishes, pinned, before)
     if choice.found.explained < _HALF_FOUND:
-        warped = adapt(plain.found, photograph, wishes, pinned, before)
+        warped = adapt(plain, photograph, wishes, pinned, before)
         if warped.found.converged and 1 - warped.found.explained < 0.5 * (1 - choice.found.explained):
             return warped
     untried = dict.fromkeys(WARPS, "not tried: without a pixel size the image does not need it")
     return choice._replace(evidence=untried | choice.evidence)
 
 
-def _fit_gap(photograph: Photograph, rings: Rings, known: Quantities, view: str, fixed: dict) -> Fitted:
+def _fit_gap(
+    photograph: Photograph, rings: Rings, known: Quantities, view: str, fixed: dict, before: Fitted | None
+) -> Fitted:
     if "centre_px" in fixed:
         rings = settled(photograph, replace(rings, centre=fixed["centre_px"]))
     reduced = reduce(photograph, _block(photograph, rings))
@@ -223,6 +239,8 @@ def _fit_gap(photograph: Photograph, rings: Rings, known: Quantities, view: str,
     start = np.array([rings.scale * frame.unit**2, *place, phase, *(0.0 for _ in NUMBERS[4:])])
     # A few fringes leave the search uncertain by as much as this.
     starts = [start, *(np.array([factor * start[0], *start[1:]]) for factor in (0.6, 1.6))]
+    if before is not None and before.converged:
+        starts[0] = before.numbers
     model = GapModel(frame_on(reduced.grid, start), known.sphere(rings.scale), known.plate_curvature)
     return robust_fit(model, reduced, starts, fixed)
 
@@ -241,7 +259,7 @@ def finely(found: Fitted, photograph: Photograph) -> Fitted:
     double precision.
     """
     reduced, left = found.reduced, 1 - found.explained
-    white = left < _MADE or fringe_correlation(reduced.grid, found.left) < _WHITE
+    white = left < _MADE or found.correlation < _WHITE
     exact = left < _EXACT
     done = reduced.grid.block == 1 and not (exact and reduced.light.dtype == np.float32)
     if done or not white or reduced.pixels > _MOST_PIXELS:

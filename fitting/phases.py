@@ -8,9 +8,9 @@ import numpy as np
 
 from fitting import gap_phase
 from fitting.elimination import Fields
-from fitting.fringe_sums import PhaseAt
+from fitting.fringe_sums import PhaseAt, table_of
 from fitting.models import NUMBERS, Frame, GapModel, SceneModel, as_arrays, localize
-from fitting.reduction import Grid
+from fitting.reduction import NODES, Grid
 
 _CONTACT = NUMBERS.index("contact")
 # A tangent of a bench's phase holds to a millionth of a turn within a thousandth of one.
@@ -48,7 +48,7 @@ class AbstractFringes(ABC):
 
     @abstractmethod
     def edges(self, numbers: np.ndarray) -> PhaseAt | None:
-        """The phase at any position, where the nodes do not resolve it; None where they do."""
+        """The phase of rows of blocks, where the nodes do not resolve it; None where they do."""
 
 
 def fringes_of(model: GapModel | SceneModel) -> AbstractFringes:
@@ -75,9 +75,20 @@ class GapFringes(AbstractFringes):
         return Fields(phase + self._shift * numbers[0], slopes, frame.contrast)
 
     def edges(self, numbers: np.ndarray) -> PhaseAt | None:
-        if not numbers[_CONTACT] > 0:
+        disc = numbers[_CONTACT] * self.model.frame.unit**2
+        if not disc > 0:
             return None
-        return lambda x, y: gap_phase.phase(self.model, x, y, numbers) + self._shift * numbers[0]
+        # Only the contact's own share has an edge, in r²: the nodes resolve both, and the rest of the phase.
+        frame, k = self.model.frame, numbers[0] / self.model.frame.unit**2
+        touching = np.where(np.arange(len(NUMBERS)) == _CONTACT, 0.0, numbers)
+        rest = table_of(gap_phase.phase(self.model, frame.x, frame.y, touching) + self._shift * numbers[0])
+        square = table_of(gap_phase.squared_distance(self.model, frame.x, frame.y, numbers))
+
+        def turns(grid: Grid, rows: slice) -> np.ndarray:
+            along_y, along_x = grid.along_y[rows, :NODES], grid.along_x[:, :NODES].T
+            return along_y @ rest @ along_x + k * gap_phase.flattened(along_y @ square @ along_x, disc)
+
+        return turns
 
     def slopes_at(self, x: np.ndarray, y: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
         """Phase of blocks [turns] and its derivatives by each number at any position [px]."""

@@ -12,12 +12,12 @@ from fitting.models import NUMBERS
 from fitting.moments import BACKGROUND, degrees
 from fitting.normal_matrix import normal_matrix
 from fitting.reduction import Reduced
-from fitting.smoothing import thin
+from fitting.smoothing import median, thin
 from fitting.solver import Problem, Solution, descend
 
 # A step below this share of the numbers' standard deviation, correlation of residuals included, ends the rounds.
 _SETTLED = 0.002
-_MOST, _MEMORY, _SHORTER = 30, 4, 0.9
+_MOST, _MEMORY, _SHORTER = 30, 4, 1.0
 _STEPS = 3
 # What has not settled to this share after so many rounds has no fixed point nearby.
 _LOST = 0.1
@@ -35,7 +35,7 @@ class Settled(NamedTuple):
 def spread_of(left: Residuals, used: np.ndarray) -> float:
     """Standard deviation of residuals, from their median."""
     sample = thin(used)
-    return 1.4826 * float(np.median(np.abs(left.value[sample][used[sample]])))
+    return 1.4826 * median(np.abs(left.value[sample][used[sample]]))
 
 
 def residuals_of(solution: Solution, reduced: Reduced, scale: float | None) -> Residuals:
@@ -117,7 +117,7 @@ def _mixed(states: list[np.ndarray], steps: list[np.ndarray], metric: np.ndarray
         return states[-1] + steps[-1]
     differences = np.stack([steps[-1] - step for step in steps[:-1]], axis=1)
     share = np.linalg.lstsq(metric @ differences, metric @ steps[-1], rcond=1e-6)[0]
-    if np.abs(share).sum() > 10:
+    if np.abs(share).sum() > 100:
         return states[-1] + steps[-1]
     back = sum(
         part * (states[-1] + steps[-1] - state - step) for part, state, step in zip(share, states, steps, strict=False)

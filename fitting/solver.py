@@ -173,7 +173,8 @@ def descend(
             numbers, (fields, point) = trial, further
             damping = damping / 10 if damping > 1e-8 else 0.0
         elif promised < _ROUNDING * normal.square:
-            small = True
+            # Rounding hides which of both is better; the gradient, which vanishes at the optimum, still tells.
+            numbers, (fields, point), small = trial, further, True
         else:
             damping = max(10 * damping, 1e-3)
         if small or (better and reach > _FAR):

@@ -20,15 +20,16 @@ _GOOD, _ENOUGH = 0.3, 0.25
 _SAMPLED = 8
 
 
-def find_rings(photograph: Photograph) -> Rings:
+def find_rings(photograph: Photograph, view: View | None = None) -> Rings:
     """Rings in a photograph, without a start value: centre inside or outside of the frame, any phase and contrast.
 
     Candidates are found on the coarsest image and followed to the one that resolves them. Where these explain little,
     the fringes may be too fine for it everywhere: then wave vectors of tiles give another candidate, and the better
     match wins. Finer block means are looked at where the rings call for them, or where there are none and the blocks
-    hide more than they show. A few fringes are fitted together with the light behind them.
+    hide more than they show. A few fringes are fitted together with the light behind them. `view` as in
+    `resolving_view`.
     """
-    best = _by_matching(photograph)
+    best = _by_matching(photograph, view_of(photograph) if view is None else view)
     return with_background(photograph, best) if orders_of(photograph, best) < MANY else best
 
 
@@ -44,9 +45,8 @@ def settled(photograph: Photograph, rings: Rings) -> Rings:
     return view.placed(settle(view.fringes, view.shown(rings)))
 
 
-def _by_matching(photograph: Photograph) -> Rings:
+def _by_matching(photograph: Photograph, view: View) -> Rings:
     """The best match of all that coarse images, tiles of them and tiles of the photograph propose."""
-    view = view_of(photograph)
     best = _found(view)
     if not view.resolves(best) and best.match > _ENOUGH:
         return follow(photograph, best)

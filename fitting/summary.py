@@ -4,7 +4,6 @@ import time
 
 import numpy as np
 
-from fitting.correlation import fringe_correlation
 from fitting.fringe_sums import Residuals
 from fitting.illumination import Fitted, finest
 from fitting.models import SceneModel
@@ -69,7 +68,7 @@ def variance_of(found: Fitted) -> tuple[float, float]:
     """Variance of the light per unit weight, errors that neighbours share included, and their factor in it."""
     # Below the rounding of single precision nothing is known of the residuals.
     known_noise = found.chi2 > _ROUNDING * found.solution.normal.square
-    inflation = fringe_correlation(found.reduced.grid, found.left) if known_noise else 1.0
+    inflation = found.correlation if known_noise else 1.0
     chi2 = max(found.chi2, _ROUNDING * found.solution.normal.square)
     variance = chi2 / max(found.weight - float(np.sum(found.matrix.active)), 1.0) * inflation
     return variance * (_of_biweight(found.left, found.reduced.weights) if known_noise else 1.0), inflation

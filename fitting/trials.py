@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.correlation import fringe_correlation
 from fitting.elimination import CONTRAST
 from fitting.fringe_sums import Residuals
 from fitting.illumination import FEW, Fitted, finest, problem_of, tukey
@@ -35,8 +34,9 @@ DISCS, _SQUARES, _WIDEST = (0.003, 0.01, 0.03, 0.08), tuple(0.002 * 1.7**k for k
 _ROUNDS, _NEAR = 25, 0.1
 # A step of a trial that promises a smaller drop of chi-squared [variances, correlation included] is its last one.
 _TOLERANCE = 0.02
-# Steps of a trial, and of each disc's before the best ones go on, and how many these are: false optima are near.
-_STEPS, _FIRST_STEPS, _FURTHER = 60, 6, 3
+# Steps of a trial, and of each disc's before the best ones go on, and how many these are: false optima are near. One
+# that then has so many times the least chi-squared is on none of the best.
+_STEPS, _FIRST_STEPS, _FURTHER, _FALSE = 60, 3, 4, 2.0
 # Cycles of the finest fringe in a block of a trial, and blocks to a side that are left, at least.
 _CYCLES, _FEWEST = 0.4, 64
 _PHASE, _CONTACT = NUMBERS.index("phase"), NUMBERS.index("contact")
@@ -65,7 +65,7 @@ class Trials:
         self.model = moved_to(found.model, self.reduced.grid, found.numbers)
         self.rim = rim(photograph.lit)
         # A criterion counts chi-squared in units of the correlated variance.
-        self.tolerance = _TOLERANCE * fringe_correlation(found.reduced.grid, found.left)
+        self.tolerance = _TOLERANCE * found.correlation
         self.plain = self._plain()
 
     def _plain(self) -> Trial:
@@ -111,8 +111,8 @@ class Trials:
         if self.before is not None and "contact" in self.before.parts:
             starts = [_without(self.before.numbers, parts)]
         first = sorted((self.fit(parts, at, _FIRST_STEPS) for at in starts), key=lambda fit: fit.solution.chi2)
-        tried = [self.fit(parts, fit.numbers) for fit in first[:_FURTHER]]
-        tried = [fit for fit in tried if _is_disc(fit) and self.is_sane(fit)]
+        near = [fit for fit in first[:_FURTHER] if fit.solution.chi2 < _FALSE * first[0].solution.chi2]
+        tried = [fit for fit in (self.fit(parts, at.numbers) for at in near) if _is_disc(fit) and self.is_sane(fit)]
         if not tried:
             return []
         loose = min(tried, key=lambda fit: fit.solution.chi2)

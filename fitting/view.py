@@ -71,9 +71,12 @@ def view_of(photograph: Photograph, factor: int | None = None, mask: np.ndarray 
     return View(means, share >= 0.5, factor, (columns.start, rows.start), photograph.codes.shape)
 
 
-def resolving_view(photograph: Photograph, rings: Rings) -> View:
-    """The coarsest view, of at most 640 blocks to a side unless the rings are finer, that resolves them."""
-    view = view_of(photograph)
+def resolving_view(photograph: Photograph, rings: Rings, view: View | None = None) -> View:
+    """The coarsest view, of at most 640 blocks to a side unless the rings are finer, that resolves them.
+
+    `view`: the photograph's of 640 blocks, where there is one.
+    """
+    view = view_of(photograph) if view is None else view
     if view.resolves(rings):
         return view
     finest = view.shown(rings).finest(view.means.shape) / view.factor
