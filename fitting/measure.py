@@ -216,13 +216,23 @@ def _of_gap(plain: Fitted, photograph, rings: Rings, known, wishes: dict, pinned
         return adapt(plain, photograph, wishes, pinned, before)
     if scene is not None:
         return Choice(plain, {})
+    # What an earlier choice has needed, the same photograph with another curve needs too, however much is explained.
+    if before is not None and any(part in before.parts for part in WARPS):
+        warped = adapt(plain, photograph, wishes, pinned, before)
+        if _halves(warped.found, plain):
+            return warped
     choice = adapt(plain, photograph, dict.fromkeys(WARPS, False) | wishes, pinned, before)
     if choice.found.explained < _HALF_FOUND:
         warped = adapt(plain, photograph, wishes, pinned, before)
-        if warped.found.converged and 1 - warped.found.explained < 0.5 * (1 - choice.found.explained):
+        if _halves(warped.found, choice.found):
             return warped
     untried = dict.fromkeys(WARPS, "not tried: without a pixel size the image does not need it")
     return choice._replace(evidence=untried | choice.evidence)
+
+
+def _halves(found: Fitted, other: Fitted) -> bool:
+    """Whether a fit leaves less than half of what another one leaves."""
+    return found.converged and 1 - found.explained < 0.5 * (1 - other.explained)
 
 
 def _fit_gap(

@@ -37,6 +37,8 @@ _TOLERANCE = 0.02
 # Steps of a trial, and of each disc's before the best ones go on, and how many these are: false optima are near. One
 # that then has so many times the least chi-squared is on none of the best.
 _STEPS, _FIRST_STEPS, _FURTHER, _FALSE = 60, 3, 4, 2.0
+# Turns of phase, and share of the contact, within which two of them go to the same optimum.
+_BESIDE = 0.2
 # Cycles of the finest fringe in a block of a trial, and blocks to a side that are left, at least.
 _CYCLES, _FEWEST = 0.4, 64
 _PHASE, _CONTACT = NUMBERS.index("phase"), NUMBERS.index("contact")
@@ -112,7 +114,11 @@ class Trials:
             starts = [_without(self.before.numbers, parts)]
         first = sorted((self.fit(parts, at, _FIRST_STEPS) for at in starts), key=lambda fit: fit.solution.chi2)
         near = [fit for fit in first[:_FURTHER] if fit.solution.chi2 < _FALSE * first[0].solution.chi2]
-        tried = [fit for fit in (self.fit(parts, at.numbers) for at in near) if _is_disc(fit) and self.is_sane(fit)]
+        tried: list[Trial] = []
+        for at in near:
+            if not any(_is_beside(at, fit) for fit in tried):
+                tried.append(self.fit(parts, at.numbers))
+        tried = [fit for fit in tried if _is_disc(fit) and self.is_sane(fit)]
         if not tried:
             return []
         loose = min(tried, key=lambda fit: fit.solution.chi2)
@@ -163,6 +169,12 @@ def _without(numbers: np.ndarray, parts: tuple[str, ...]) -> np.ndarray:
 
 def _is_disc(fit: Trial) -> bool:
     return bool(0 < fit.numbers[_CONTACT] < _WIDEST)
+
+
+def _is_beside(one: Trial, other: Trial) -> bool:
+    """Whether two fits with a contact go to the same optimum: others are half a turn away."""
+    phase, contact = (np.array([fit.numbers[k] for fit in (one, other)]) for k in (_PHASE, _CONTACT))
+    return bool(np.ptp(phase) < _BESIDE and np.ptp(contact) < _BESIDE * np.abs(contact).max())
 
 
 def nested(parts) -> bool:

@@ -62,3 +62,11 @@ def test_unscaled_photographs_lock_without_a_start(shared, name, scale, centre):
     assert result.status == "no-scale"
     assert result.fringe_scale_per_px2 == pytest.approx(scale, rel=0.03)
     assert np.hypot(*np.subtract(result.centre_px, centre)) < 15
+
+
+def test_a_blurred_photograph_keeps_the_warps_that_its_curve_was_fitted_with(shared):
+    """Without them the plain rings of the straightened curve explain 0.72, and would be taken with half the accuracy."""
+    result = fitting.fit(shared / "photos" / "phone_blurred_cropped.jpg", wavelength=SODIUM)
+    assert "exponent" in result.model["channel"]
+    assert {"oblique view", "distortion"} <= set(result.evidence.found.parts)
+    assert result.explained_variance > 0.9
