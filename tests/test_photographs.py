@@ -65,7 +65,7 @@ def test_unscaled_photographs_lock_without_a_start(shared, name, scale, centre):
 
 
 def test_a_blurred_photograph_keeps_the_warps_that_its_curve_was_fitted_with(shared):
-    """Without them the plain rings of the straightened curve explain 0.72, and would be taken with half the accuracy."""
+    """Without them the plain rings of the straightened curve explain 0.72, and are taken with twice the deviation."""
     result = fitting.fit(shared / "photos" / "phone_blurred_cropped.jpg", wavelength=SODIUM)
     assert "exponent" in result.model["channel"]
     assert {"oblique view", "distortion"} <= set(result.evidence.found.parts)
