@@ -29,17 +29,18 @@ _CPUINFO = Path("/proc/cpuinfo")
 class SavedProgram:
     """A jitted function of arrays whose compiled form for each kind of arguments is kept in a folder.
 
-    Traced arguments, and whatever goes wrong, take the function itself.
+    `options`: of the compiler, those that the function was jitted with. Whatever goes wrong takes the function itself,
+    traced arguments what it was made of.
     """
 
-    def __init__(self, function: Any, folder: Path):
-        self._function, self._folder = function, folder
+    def __init__(self, function: Any, folder: Path, options: dict[str, Any] | None = None):
+        self._function, self._folder, self._options = function, folder, options
         self._programs: dict[Any, Callable | None] = {}
 
     def __call__(self, *arguments: Any) -> Any:
         leaves, tree = jax.tree.flatten(arguments)
         if any(isinstance(leaf, Tracer) for leaf in leaves):
-            return self._function(*arguments)
+            return self._function.__wrapped__(*arguments)  # a program within another may have no options
         kind = (tree, tuple((leaf.shape, leaf.dtype.str) for leaf in leaves))
         if kind not in self._programs:
             self._programs[kind] = self._loaded(kind, arguments) or self._compiled(kind, arguments)
@@ -55,7 +56,7 @@ class SavedProgram:
 
     def _path(self, kind: tuple) -> Path:
         name = (self._function.__module__, self._function.__qualname__)
-        digest = hashlib.sha256(repr((_machine(), _sources(), name, kind)).encode())
+        digest = hashlib.sha256(repr((_machine(), _sources(), name, self._options, kind)).encode())
         return self._folder / f"{digest.hexdigest()[:32]}.program"
 
     def _loaded(self, kind: tuple, arguments: tuple) -> Callable | None:
@@ -76,9 +77,9 @@ class SavedProgram:
 
         # Under a name of its own: one out of JAX's cache, which has lost a part, cannot be saved.
         name = f"{self._function.__name__}_{secrets.token_hex(8)}"
-        fresh = _named(self._function, name)
+        fresh = _named(self._function.__wrapped__, name)  # JAX refuses options of a program within a program
         try:
-            program = jax.jit(fresh).lower(*arguments).compile()
+            program = jax.jit(fresh, compiler_options=self._options).lower(*arguments).compile()
             code, taken, given = serialize(program)
             result = jax.tree.unflatten(given, range(given.num_leaves))
             jax.block_until_ready(deserialize_and_load(code, taken, given)(*arguments))

@@ -42,7 +42,7 @@ def keep_rays() -> None:
 
     folder = jax.config.values["jax_compilation_cache_dir"]
     if folder and not isinstance(packed.rays, SavedProgram):
-        packed.rays = SavedProgram(packed.rays, Path(folder) / "programs")
+        packed.rays = SavedProgram(packed.rays, Path(folder) / "programs", packed.OPTIONS)
 
 
 def scene_and_camera(

@@ -7,9 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Complex, Float
 
-from newtonjax.quantities import as_complex, namespace
-from newtonjax.surfaces import Vectors, dot
-from newtonjax.trace import Landing, Leg, Route, Setting, carry_field, trace
+from newtonjax.quantities import as_complex, module_of
+from newtonjax.surfaces import dot
+from newtonjax.trace import Route, Setting, trace
+from newtonjax.tube import Shot, shoot
 
 # Newton's method converges quadratically: once a step is this small against the point, what remains is its square
 # (1e-8, and a path is stationary there: 1e-16). The second number [m] is for targets on the axis, the third bounds the
@@ -35,12 +36,11 @@ class Arrival(NamedTuple):
     lost: Bool[Array, ""] | np.ndarray
 
 
-def _differential(function, start: Float[Array, "2"]):
-    """The function at a point, and its derivatives with respect to the two launch coordinates (last axis)."""
-    return jax.vmap(lambda e: jax.jvp(function, (start,), (e,)), out_axes=(None, -1))(jnp.eye(2, dtype=start.dtype))
+def _largest(vector: Float[Any, "2 ..."]) -> Float[Any, "..."]:
+    return module_of(vector).maximum(abs(vector[0]), abs(vector[1]))
 
 
-def _solve(matrix: Float[Array, "2 2"], right: Float[Array, "2"]) -> Float[Array, "2"]:
+def _solve(matrix: tuple[Float[Array, "2 ..."], Float[Array, "2 ..."]], right: Float[Array, "2 ..."]):
     (a, b), (c, d) = matrix
     determinant = a * d - b * c
     safe = jnp.where(determinant == 0, 1.0, determinant)
@@ -49,118 +49,98 @@ def _solve(matrix: Float[Array, "2 2"], right: Float[Array, "2"]) -> Float[Array
 
 def is_small(change: Float[Any, "2 ..."], point: Float[Any, "2 ..."]) -> Bool[Any, "..."]:
     """Whether Newton's method ends after a step of this size."""
-    return abs(change).max(axis=0) <= _RELATIVE * abs(point).max(axis=0) + _ABSOLUTE
+    return _largest(change) <= _RELATIVE * _largest(point) + _ABSOLUTE
 
 
 class Aimed(NamedTuple):
     """Launch coordinates [m] of a ray; whether it lands where it should; or whether light gets there that was missed.
 
     `lost` says that the search ended with a ray that reaches the screen elsewhere: the target lies beyond a caustic,
-    where no ray lands, or several.
+    where no ray lands, or several. `shot` is the ray with its tube.
     """
 
-    start: Float[Array, "2"]
-    found: Bool[Array, ""] | np.ndarray  # of a tangent: float0
-    lost: Bool[Array, ""] | np.ndarray
+    start: Float[Array, "2 ..."]
+    found: Bool[Array, "..."] | np.ndarray  # of a tangent: float0
+    lost: Bool[Array, "..."] | np.ndarray
+    shot: Shot
 
 
 @jax.custom_jvp
-def aim(route: Route, setting: Setting, target: Float[Array, "2"]) -> Aimed:
-    """The ray that lands on the target [m], by Newton's method.
+def aim(route: Route, setting: Setting, target: Float[Array, "2 ..."]) -> Aimed:
+    """The rays that land on targets [m], by Newton's method; rays may have any axes behind their coordinates.
 
     Where none is found the axis stands in, so that what is computed from it stays finite. Derivatives follow from the
     implicit function theorem: forward to any order, reverse once (a Hessian is `jacfwd` of `grad`).
     """
-
-    def landed(start):
-        landing, _ = trace(route, setting, start)
-        return landing.point, landing.alive
+    here = jnp.zeros_like(target)
+    no = here[0] != 0
+    nothing = jax.eval_shape(lambda start: shoot(route, setting, start), here)
+    shot = jax.tree.map(lambda like: jnp.zeros(like.shape, like.dtype), nothing)
 
     def step(state):
-        start, _, _, count = state
-        (point, alive), (slope, _) = _differential(landed, start)
-        move = _solve(slope, target - point)
+        start, ended, found, lost, _, count, _ = state
+        # One text of the ray for all steps and for the result, since it is what there is to compile: those that have
+        # ended are shot again, and once more when all have.
+        shot = shoot(route, setting, start)
+        away = target - shot.landing.point
+        move = _solve(shot.slope, away)
         # At grazing incidence a small step is a long way on the screen: both are to be small.
-        small = is_small(move, start) & is_small(target - point, target)
-        return start + move, small, alive, count + 1
+        small = is_small(move, start) & is_small(away, target)
+        moved, alive = start + move, shot.landing.alive
+        hits = small & alive & jnp.isfinite(moved[0]) & jnp.isfinite(moved[1])
+        ends = ~ended & (small | (count == _STEPS - 1))
+        return (
+            jnp.where(ended, start, jnp.where(ends & ~hits, 0.0, moved)),
+            ended | ends,
+            jnp.where(ends, hits, found),
+            jnp.where(ends, alive & ~hits, lost),
+            ended.all(),
+            count + 1,
+            shot,
+        )
 
-    def wants_more(state):
-        return ~state[1] & (state[3] < _STEPS)
-
-    no = jnp.zeros((), bool)
-    start, small, alive, _ = jax.lax.while_loop(wants_more, step, (jnp.zeros_like(target), no, no, 0))
-    found = small & alive & jnp.isfinite(start).all()
-    return Aimed(jnp.where(found, start, 0.0), found, alive & ~found)
+    begin = (here, no, no, no, jnp.zeros((), bool), 0, shot)
+    start, _, found, lost, _, _, shot = jax.lax.while_loop(lambda state: ~state[4], step, begin)
+    return Aimed(start, found, lost, shot)
 
 
 @aim.defjvp
 def _aim_jvp(primals, tangents) -> tuple[Aimed, Aimed]:
     route, setting, target = primals
-    start, found, lost = aim(route, setting, target)
-    _, slope = _differential(lambda s: trace(route, setting, s)[0].point, start)
-    _, drift = jax.jvp(lambda r, s: trace(r, s, start)[0].point, (route, setting), tangents[:2])
-    move = jnp.where(found, _solve(slope, tangents[2] - drift), 0.0)
-    still = np.zeros(found.shape, jax.dtypes.float0)
-    return Aimed(start, found, lost), Aimed(move, still, still)
+    aimed = aim(route, setting, target)
+    _, drift = jax.jvp(lambda r, s: trace(r, s, aimed.start)[0].point, (route, setting), tangents[:2])
+    move = jnp.where(aimed.found, _solve(aimed.shot.slope, tangents[2] - drift), 0.0)
+    _, along = jax.jvp(shoot, (route, setting, aimed.start), (*tangents[:2], move))
+    still = np.zeros(aimed.found.shape, jax.dtypes.float0)
+    return aimed, Aimed(move, still, still, along)
 
 
-def arrive(route: Route, setting: Setting, target: Float[Array, "2"]) -> Arrival:
-    """One beam at one point of the screen (the target, in metres)."""
-    start, found, lost = aim(route, setting, target)
-    (landing, legs), (d_landing, d_legs) = _differential(lambda s: trace(route, setting, s), start)
-    spread = d_landing.point[0, 0] * d_landing.point[1, 1] - d_landing.point[0, 1] * d_landing.point[1, 0]
-    miss = target - landing.point
-    reaches = jnp.abs(miss).max() <= 1e-6 * (jnp.abs(target).max() + jnp.abs(landing.point).max() + 1e-6)
+def arrive(route: Route, setting: Setting, target: Float[Array, "2 ..."]) -> Arrival:
+    """A beam, or several side by side, at points of the screen (the target, in metres)."""
+    start, found, lost, shot = aim(route, setting, target)
+    landing = shot.landing
+    (a, b), (c, d) = shot.slope
+    spread, miss = a * d - b * c, target - landing.point
+    reaches = _largest(miss) <= 1e-6 * (_largest(target) + _largest(landing.point) + 1e-6)
     arrives = found & landing.alive & reaches & (spread != 0)
     area = jnp.where(arrives, jnp.abs(spread), 1.0)
-    field = carry_field(route, setting, legs) * as_complex(1 / jnp.sqrt(area))
+    field = shot.field * as_complex(1 / jnp.sqrt(area))
     # Fermat: what the aim still misses changes the path by its component along the ray, and no more.
-    along = dot(miss @ setting.across(), landing.direction)
+    along_x, along_y = setting.across()
+    along = dot(miss[0] * along_x + miss[1] * along_y, landing.direction)
     return Arrival(
         jnp.where(arrives, landing.path + setting.exit_index * along, 0.0),
-        jnp.where(arrives, field, 0.0),
-        caustics(landing, legs, d_landing, d_legs),
+        jnp.moveaxis(jnp.where(arrives, field, 0.0), (0, 1), (-2, -1)),
+        jax.lax.stop_gradient(shot.quarter_turns),
         arrives,
-        start,
+        jnp.moveaxis(start, 0, -1),
         lost,
     )
 
 
 def arrive_all(routes: Route, setting: Setting, points: Float[Array, "n 2"]) -> Arrival:
     """Every beam at every point of the screen [m]; the arrival's numbers are [beams, n]."""
-    at_points = jax.vmap(arrive, in_axes=(None, None, 0))
-    return jax.vmap(at_points, in_axes=(0, None, None))(routes, setting, points)
-
-
-def caustics(landing: Landing, legs: Leg, d_landing: Landing, d_legs: Leg) -> Float[Array, ""]:
-    """Foci passed on the way to the screen."""
-    last = foci(landing.direction, landing.length, d_landing.position, d_landing.direction)
-    before = jax.vmap(foci)(legs.direction, legs.length, d_legs.position, d_legs.direction)
-    return jax.lax.stop_gradient(last + before.sum())
-
-
-def foci(direction: Vectors, length, d_position: Float[Any, "3 ... 2"], d_direction: Float[Any, "3 ... 2"]):
-    """Foci passed on one leg: zeros of the tube's cross-section, a quadratic in the length.
-
-    Rays are normal to a wavefront, so that both zeros are real; rounding that makes them complex is clipped, which
-    keeps the double zero of an axial focus. Legs that run backwards give their foci back. The derivatives by the launch
-    coordinates are along the last axis.
-    """
-    xp = namespace(direction, length, d_position, d_direction)
-
-    def cross(a, b):
-        return dot(direction, xp.cross(a, b, axis=0))
-
-    (pu, pv), (du, dv) = ((part[..., 0], part[..., 1]) for part in (d_position, d_direction))
-    a, b, c = cross(du, dv), cross(pu, dv) + cross(du, pv), cross(pu, pv)
-    root = xp.sqrt(xp.maximum(b * b - 4 * a * c, 0.0))
-    q = -0.5 * (b + xp.where(b < 0, -root, root))
-    # t lies between 0 and the length: compared as fractions, so that a or q may vanish.
-    passed = _between(xp, c, q, length) + _between(xp, q, a, length)
-    return xp.where(length < 0, -1.0, 1.0) * passed
-
-
-def _between(xp, numerator, denominator, length):
-    t = numerator / xp.where(denominator == 0, 1.0, denominator)
-    inside = (t * xp.sign(length) > 0) & (abs(t) < abs(length)) & (denominator != 0)
-    return xp.where(inside, 1.0, 0.0)
+    # Numbers of interactions first, those of beams and points last.
+    routes = jax.tree.map(lambda leaf: jnp.moveaxis(leaf, 0, -1)[..., None], routes)
+    setting = jax.tree.map(lambda leaf: jnp.asarray(leaf)[..., None, None], setting)
+    return arrive(routes, setting, jnp.broadcast_to(points.T[:, None], (2, routes.action.shape[1], len(points))))

@@ -78,12 +78,15 @@ def reflect_field(n1, n2, direction, normal, cos_i, cos_t, field: Field) -> Fiel
     """
     tangent = direction + cos_i * normal
     # One dtype for all: the cosine of refraction may be imaginary.
-    xp = functions(cos_t)
-    n1, n2, cos_i, cos_t = (xp.asarray(value).astype(field.dtype) for value in (n1, n2, cos_i, cos_t))
-    r_s, r_p, _, _ = amplitudes(n1, n2, cos_i, cos_t)
+    xp, ratio = functions(cos_t), n1 / n2
+    n1, n2, ratio, cos_i, cos_t = (xp.asarray(value).astype(field.dtype) for value in (n1, n2, ratio, cos_i, cos_t))
+    # The amplitudes of `amplitudes`; a complex division is much to compile, so there is none.
     d_s = n1 * cos_i + n2 * cos_t
     d_p = n2 * cos_i + n1 * cos_t
-    along_tangent = 2 * n1 * n2 * cos_i * (1 - (n1 / n2) ** 2) / (d_s * d_p)
+    over = d_s * d_p
+    inverse = over.conj() * (1 / (over.real * over.real + over.imag * over.imag)).astype(field.dtype)
+    r_s, r_p = (n1 * cos_i - n2 * cos_t) * d_p * inverse, (n2 * cos_i - n1 * cos_t) * d_s * inverse
+    along_tangent = 2 * n1 * cos_i * (n2 - n1 * ratio) * inverse
     turned = along_tangent * tangent.astype(field.dtype) + (r_p - r_s) * normal.astype(field.dtype)
     return _apply(r_s, turned, normal, field)
 

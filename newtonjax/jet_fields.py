@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from newtonjax import chebyshev, jets
-from newtonjax.aim import foci, is_small
+from newtonjax.aim import is_small
 from newtonjax.beams import REFLECT, itinerary
 from newtonjax.camera import Camera, middle
 from newtonjax.camera import corners as _corners
@@ -22,6 +22,7 @@ from newtonjax.jet import Jet, without_tangents
 from newtonjax.light import shares
 from newtonjax.scene import Scene
 from newtonjax.trace import Landing, Leg, Ray, Route, Setting, gather, interact, land, reflected, transmitted
+from newtonjax.tube import foci
 
 _STEPS = 25
 
@@ -249,11 +250,11 @@ def _arrive(route: list[Route], setting: Setting, points: Jet) -> _Arrived:
 def _quarter_turns(landing: Landing, legs: list[Leg]) -> Float[np.ndarray, "benches points"]:
     """Caustics crossed on the way."""
 
-    def tube(number) -> Float[np.ndarray, "3 ... 2"]:
+    def tube(number) -> Float[np.ndarray, "3 2 ..."]:
         if not isinstance(number, Jet):
-            return np.zeros((*number.shape, 2))
+            return np.zeros((len(number), 2, *number.shape[1:]))
         by_launch = number.parts[(slice(None), *[0] * (number.levels - 1))]
-        return np.moveaxis(by_launch[1:] if len(by_launch) > 1 else np.zeros((2, *number.shape)), 0, -1)
+        return np.moveaxis(by_launch[1:] if len(by_launch) > 1 else np.zeros((2, *number.shape)), 0, 1)
 
     ways = [
         (landing.direction, landing.length, landing.position),

@@ -86,7 +86,7 @@ def add_block(bench: Packed, camera: Camera, rule: Rule, source: Source, first: 
 def _pairs_of_nodes(bench: Packed, frame: _Frame, grid, first, path: str, pairing: str, chunk: int):
     """Intensity, cell and fate of every pair of rays of a chunk of nodes [chunk, pairs].
 
-    A program for each number of beams, in twos, and of pairs; not for other differences of benches, nor for shapes.
+    A program for each number of beams and of pairs; not for other differences of benches, nor for shapes.
     """
     routes, setting = bench.routes, bench.setting
     middle, step, nodes = grid

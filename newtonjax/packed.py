@@ -22,20 +22,20 @@ from newtonjax.quantities import Scalar, namespace
 from newtonjax.scene import Scene
 from newtonjax.trace import Route, Setting, gather
 
-# Sizes of one call: beams, points (17 x 17 nodes), and the fewest interactions.
-BEAMS, POINTS, INTERACTIONS = 2, 289, 8
+# Sizes of one call: points (17 x 17 nodes), and the fewest interactions; it takes one beam.
+POINTS, INTERACTIONS = 289, 8
+# A program of many small loops: XLA's older emitters compile it in two thirds of the time, with the same numbers.
+OPTIONS = {"xla_cpu_use_fusion_emitters": False}
 
 
 class Packed(NamedTuple):
     """A scene as arrays, for `rays`: NumPy where all its numbers are known, JAX where some are traced.
 
-    - `routes`: of the beams in order, [beams, interactions]; beams padded to an even number by repeating the last one,
-      interactions to 8, 16, 32, ... with rests.
+    - `routes`: of the beams in order, [beams, interactions]; interactions padded to 8, 16, 32, ... with rests.
     - `setting`: what the beams share.
     - `wavelength`: in vacuum [m].
     - `shares`: of the two polarization components in the irradiance, [2].
     - `pairs`: indices of the beams that interfere, [pairs, 2], as `fields.pairs`.
-    - `beams`: how many are real.
     """
 
     routes: Route
@@ -43,50 +43,43 @@ class Packed(NamedTuple):
     wavelength: Scalar
     shares: Float[Array | np.ndarray, "2"]
     pairs: Int[np.ndarray, "pairs 2"]
-    beams: int
 
 
 def pack(scene: Scene) -> Packed:
     """The numbers of a scene in padded arrays. Known numbers take under a millisecond and compile nothing."""
     longest = max(len(word.split()) for word in scene.beams)
     routes, setting = gather(scene, max(INTERACTIONS, 1 << (longest - 1).bit_length()))
-    order, xp = _padded(len(scene.beams)), namespace(scene)
+    xp = namespace(scene)
     # Copies: JAX remembers what it made of an array of the scene's, also for a program of another precision.
     return Packed(
-        jax.tree.map(lambda leaf: leaf[order], routes),
+        routes,
         jax.tree.map(xp.array, setting),
         xp.asarray(scene.wavelength, dtype=float),
         xp.asarray(shares(scene.light)),
         np.array(pairs(scene), dtype=int).reshape(-1, 2),
-        len(scene.beams),
     )
 
 
-def _padded(count: int) -> np.ndarray:
-    """Indices of so many beams, the last one repeated to fill the last call."""
-    return np.minimum(np.arange(-(-count // BEAMS) * BEAMS), count - 1)
-
-
-# Routes [2, interactions], points [289, 2] in metres; the arrival's numbers are [2, 289]. The shell puts a form of it
-# here that is kept between runs.
-rays: Callable[..., Arrival] = jax.jit(arrive_all)
+# Of known numbers: routes [1, interactions], points [289, 2] in metres; the arrival's numbers are [1, 289]. The shell
+# puts a form of it here that is kept between runs.
+rays: Callable[..., Arrival] = jax.jit(arrive_all, compiler_options=OPTIONS)
 
 
 def arrivals(packed: Packed, points: Float[np.ndarray, "n 2"]) -> Arrival:
     """Every beam at every point of the screen [beams, n], in NumPy; points in metres, any number of them.
 
-    Calls `rays` for two beams and 289 points at a time, in float64 on the processor whatever JAX is set to.
+    Calls `rays` for one beam and 289 points at a time, in float64 on the processor whatever JAX is set to.
     """
     number = len(points)
     padded = points[np.minimum(np.arange(-(-number // POINTS) * POINTS), number - 1)].reshape(-1, POINTS, 2)
-    twos = [
-        jax.tree.map(lambda leaf, at=at: leaf[at : at + BEAMS], packed.routes) for at in range(0, packed.beams, BEAMS)
+    beams = [
+        jax.tree.map(lambda leaf, at=at: leaf[at : at + 1], packed.routes) for at in range(len(packed.routes.action))
     ]
     with x64(), jax.default_device(jax.local_devices(backend="cpu")[0]):
-        parts = [[rays(two, packed.setting, block) for block in padded] for two in twos]
+        parts = [[rays(beam, packed.setting, block) for block in padded] for beam in beams]
     rows = [jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=1), *row) for row in parts]
     whole = jax.tree.map(lambda *leaves: np.concatenate(leaves), *rows)
-    return jax.tree.map(lambda leaf: leaf[: packed.beams, :number], whole)
+    return jax.tree.map(lambda leaf: leaf[:, :number], whole)
 
 
 def node_arrivals(packed: Packed, camera: Camera, nodes: int) -> Arrival:
@@ -105,12 +98,10 @@ def node_arrivals(packed: Packed, camera: Camera, nodes: int) -> Arrival:
 
 def with_beams(packed: Packed, arrival: Arrival, kept: list[int]) -> tuple[Packed, Arrival]:
     """The bench with some of its beams only, in their order, and what arrives of these."""
-    order = np.array(kept)[_padded(len(kept))]
     both = [(kept.index(j), kept.index(k)) for j, k in packed.pairs if j in kept and k in kept]
     fewer = packed._replace(
-        routes=jax.tree.map(lambda leaf: leaf[order], packed.routes),
+        routes=jax.tree.map(lambda leaf: leaf[kept], packed.routes),
         pairs=np.array(both, dtype=int).reshape(-1, 2),
-        beams=len(kept),
     )
     return fewer, jax.tree.map(lambda leaf: leaf[kept], arrival)
 

@@ -49,7 +49,7 @@ class Setting(NamedTuple):
     exit_index: Float[Array, ""]
     hole: tuple[Array, Array, Array]
 
-    def across(self) -> Float[Array, "2 3"]:
+    def across(self) -> Float[Array, "2 3 ..."]:
         """By how much the point moves in space that is seen one metre further along the screen's x and y."""
         _, x, y, _ = self.screen
         return jnp.stack([x, y]) / self.magnification
@@ -162,16 +162,21 @@ def interact(ray: Ray, stop: Route) -> tuple[Ray, Leg]:
     return after, Leg(ray.position, ray.direction, length, normal)
 
 
-def trace(route: Route, setting: Setting, start: Float[Array, "2"]) -> tuple[Landing, Leg]:
+def trace(route: Route, setting: Setting, start: Float[Array, "2 ..."]) -> tuple[Landing, Leg]:
     """The ray that starts at (u, v) [m] on the launch plane, to the screen; also its legs [interactions].
 
     A leg's length is negative where a surface or a virtual screen lies behind the ray.
     """
+    ray, legs = jax.lax.scan(interact, launch(setting, start), route)
+    return land(setting, ray), legs
+
+
+def launch(setting: Setting, start: Float[Array, "2 ..."]) -> Ray:
+    """The ray at (u, v) [m] of the launch plane."""
     origin, across_x, across_y, direction = setting.launch
     zero = jnp.zeros_like(start[0])
-    ray = Ray(origin + start[0] * across_x + start[1] * across_y, direction, zero, zero == 0)
-    ray, legs = jax.lax.scan(interact, ray, route)
-    return land(setting, ray), legs
+    position = origin + start[0] * across_x + start[1] * across_y
+    return Ray(position, jnp.broadcast_to(direction, position.shape), zero, zero == 0)
 
 
 def land(setting: Setting, ray: Ray) -> Landing:
@@ -192,13 +197,13 @@ def land(setting: Setting, ray: Ray) -> Landing:
 
 def carry_field(route: Route, setting: Setting, legs: Leg) -> Complex[Array, "3 vectors"]:
     """The field vectors at the end of the legs, in units in which their square is the tube's flux."""
+    return jax.lax.scan(lambda field, both: (passed(*both, field), None), setting.field, (route, legs))[0]
 
-    def step(field, stop_and_leg):
-        stop, leg = stop_and_leg
-        passed = jnp.where(stop.action == REST, field, transmitted(stop, leg, field))
-        return jnp.where(stop.action == REFLECT, reflected(stop, leg, field), passed), None
 
-    return jax.lax.scan(step, setting.field, (route, legs))[0]
+def passed(stop: Route, leg: Leg, field):
+    """The field vectors behind one interaction."""
+    behind = jnp.where(stop.action == REST, field, transmitted(stop, leg, field))
+    return jnp.where(stop.action == REFLECT, reflected(stop, leg, field), behind)
 
 
 def transmitted(stop: Route, leg: Leg, field):

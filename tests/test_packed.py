@@ -10,6 +10,7 @@ from compilations import compilations
 
 import newtonjax as nj
 from newtonjax import chebyshev, fields, packed
+from newtonjax.aim import arrive_all
 
 CAMERA = nj.Camera((40, 50), 8e-6, centre_px=(3.0, 20.5))
 POINTS = np.asarray(chebyshev.node_points(CAMERA, 9))
@@ -81,7 +82,7 @@ def test_a_bench_packs_under_a_transformation_and_keeps_its_derivative():
 
     def phase(gap):
         bench = packed.pack(nj.newton_rings(0.7, 500e-9, gap, "reflected"))
-        return packed.node_fields(bench, packed.rays(bench.routes, bench.setting, jnp.zeros((1, 2)))).phase[0, 0]
+        return packed.node_fields(bench, arrive_all(bench.routes, bench.setting, jnp.zeros((1, 2)))).phase[0, 0]
 
     assert float(jax.jit(jax.grad(phase))(1e-6)) == pytest.approx(2 / 500e-9, rel=1e-12)
 
@@ -95,3 +96,15 @@ def test_packed_rays_are_in_float64_whatever_jax_is_set_to():
         jax.config.update("jax_enable_x64", True)
     assert ours.phase.dtype == np.float64
     np.testing.assert_array_equal(ours.phase, packed.node_fields(bench, packed.arrivals(bench, POINTS)).phase)
+
+
+def test_rays_of_known_benches_are_constants_of_a_users_program():
+    """Their program has options of its own, which JAX refuses for one that is traced as a part of another."""
+
+    def scaled(x):
+        return x * packed.arrivals(packed.pack(RINGS), POINTS).path.max()
+
+    longest = packed.arrivals(packed.pack(RINGS), POINTS).path.max()
+    assert float(jax.jit(scaled)(2.0)) == pytest.approx(2 * longest, rel=1e-15)
+    assert float(jax.grad(scaled)(2.0)) == pytest.approx(longest, rel=1e-15)
+    np.testing.assert_allclose(jax.vmap(scaled)(jnp.arange(3.0)), np.arange(3) * longest, rtol=1e-15)

@@ -11,6 +11,8 @@ import pytest
 
 import newtonjax as nj
 from newtonjax.fields import opd_at
+from newtonjax.trace import gather, trace
+from newtonjax.tube import shoot
 
 WAVELENGTH = 500e-9
 POINTS = np.array([[0.0, 0.0], [2.5e-3, 0.0], [0.0, -1.7e-3], [1.9e-3, 2.2e-3], [-1e-6, 3e-6]])
@@ -90,3 +92,23 @@ def test_the_paths_of_the_longest_bench_are_near_100_mm():
     bench = oracles.rings("reflected", screen=80e-3)
     near = dataclasses.replace(bench, launch=[0, 0, oracles.mpf("5e-3")])
     assert 0.09 < near.path(oracles.REFLECTED[1], 0.0, 0.0) < 0.1
+
+
+@pytest.mark.parametrize("view", ["reflected", "transmitted"])
+def test_the_slope_of_a_tube_is_the_automatic_derivative_of_its_ray(view):
+    """Whatever is tilted, through a collecting lens, for words with rests and up to four reflections."""
+    names = {"reflected": ["R1", "R2", "R2-R1-R2"], "transmitted": ["direct", "R2-R1", "R2-R1-R2-R1"]}[view]
+    scene = nj.newton_rings(
+        0.3, 500e-9, 1e-6, view, lens_tilt=(2e-2, -1e-2), plate_tilt=(1e-2, 3e-2), light_tilt=(0.03, 0.1), beams=names,
+        collecting_lens=0.05, screen=0.5,
+    )  # fmt: skip
+    routes, setting = gather(scene, 16)
+    starts = jnp.asarray(np.random.default_rng(3).uniform(-3e-3, 3e-3, (20, 2)))
+
+    def both(route, start):
+        by_hand = jnp.stack(shoot(route, setting, start).slope)
+        return by_hand, jax.jacfwd(lambda start: trace(route, setting, start)[0].point)(start)
+
+    ours, automatic = jax.jit(jax.vmap(jax.vmap(both, (None, 0)), (0, None)))(routes, starts)
+    size = np.abs(automatic).max(axis=(-2, -1), keepdims=True)
+    np.testing.assert_allclose(ours / size, automatic / size, rtol=0, atol=1e-13)
