@@ -50,7 +50,9 @@ def fields_at(scene: Scene, points: Float[Array | np.ndarray, "n 2"]) -> Fields:
     return combine(arrivals(scene, points), both, scene.wavelength, shares(scene.light))
 
 
-def combine(beams: Arrival, pairs: np.ndarray, wavelength: Scalar, weights: Float[Array | np.ndarray, "2"]) -> Fields:
+def combine(
+    beams: Arrival, pairs: Int[Any, "pairs 2"], wavelength: Scalar, weights: Float[Array | np.ndarray, "2"]
+) -> Fields:
     """The fields of beams at points [beams, n]; NumPy makes NumPy.
 
     `pairs` [pairs, 2]: which interfere, see `pairs`; `weights`: the shares of the polarization components.

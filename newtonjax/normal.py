@@ -1,6 +1,7 @@
 """Normal equations of an image in any parameters, through the nodes: their cost hardly grows with their number."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -9,14 +10,18 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from newtonjax import chebyshev
+from newtonjax.aim import arrive_all
 from newtonjax.camera import Camera
 from newtonjax.checks import require_bench, require_method, unreached
+from newtonjax.fields import combine, pairs
 from newtonjax.memory import image_memory
 from newtonjax.methods import Chebyshev
-from newtonjax.pixels import WIDE
+from newtonjax.packed import OPTIONS, pack
+from newtonjax.pixels import WIDE, image
 from newtonjax.precision import require_x64, x64
 from newtonjax.quantities import is_concrete
 from newtonjax.scene import Scene
+from newtonjax.smooth import smooth
 from newtonjax.sums import pairs_of, product_sums
 from newtonjax.synthesis import synthesize
 
@@ -70,9 +75,11 @@ def normal_equations(
         values = jnp.asarray(parameters, dtype=float)
         scene, seen_by = _pair(bench, values, camera)
         image_memory(seen_by.shape, _BYTES)
+        _check_tables(seen_by.shape, data, weights)
         if not method.fields(scene, seen_by).arrives.all():
             raise unreached(method)
-        return _equations(bench, values, camera, data, weights, method)
+        at, changes = _known_nodes(bench, values, camera, method)
+        return _of_nodes(at, changes, seen_by.shape, data, weights)
 
 
 def _equations(bench, parameters, camera, data, weights, method) -> NormalEquations:
@@ -80,10 +87,50 @@ def _equations(bench, parameters, camera, data, weights, method) -> NormalEquati
         return method.coefficients(method.fields(*_pair(bench, values, camera)))
 
     shape = _pair(bench, parameters, camera)[1].shape
+    _check_tables(shape, data, weights)
+    return from_coefficients(of_nodes, parameters, shape, data, weights)
+
+
+def _check_tables(shape: tuple[int, int], data, weights) -> None:
     for name, table in (("data", data), ("weights", weights)):
         if table is not None and not callable(table) and np.shape(table) != shape:
             raise ValueError(f"{name} has shape {np.shape(table)}; allowed: the camera's, {shape}")
-    return from_coefficients(of_nodes, parameters, shape, data, weights)
+
+
+def _known_nodes(bench, parameters: Float[Array, " parameters"], camera: Camera | None, method: Chebyshev):
+    """Coefficients at the nodes, and by how much they change with each parameter, of known numbers.
+
+    By two programs: a small one from the parameters to the bench's numbers, made anew at each call, since `bench` may
+    have changed what it takes from elsewhere; and a large one from these to the coefficients, which serves all benches.
+    """
+    both = pairs(_pair(bench, parameters, camera)[0])
+
+    def numbers(values):
+        scene, seen_by = _pair(bench, values, camera)
+        made = pack(scene)
+        points = jnp.asarray(chebyshev.node_points(seen_by, method.nodes))
+        words = made.routes.action, made.routes.down
+        known = made.routes._replace(action=None, down=None), made.setting, made.wavelength, made.shares, points
+        return jax.tree.map(jnp.asarray, known), words
+
+    def push(values, direction):
+        return jax.jvp(numbers, (values,), (direction,), has_aux=True)
+
+    of_bench = jax.jit(jax.vmap(push, in_axes=(None, 0), out_axes=(None, 0, None)))
+    known, changes, words = of_bench(parameters, np.eye(len(parameters)))
+    return _pushed(known, changes, words, np.array(both, dtype=int).reshape(-1, 2))
+
+
+@partial(jax.jit, compiler_options=OPTIONS)
+def _pushed(known, changes, words, pairs):
+    """The coefficients of a bench's fields, and their changes with changes of its numbers along a first axis."""
+
+    def of(known):
+        routes, setting, wavelength, weights, points = known
+        routes = routes._replace(action=words[0], down=words[1])
+        return smooth(combine(arrive_all(routes, setting, points), pairs, wavelength, weights)).coefficients
+
+    return jax.vmap(lambda change: jax.jvp(of, (known,), (change,)), out_axes=(None, 0))(changes)
 
 
 def _pair(bench, values, camera: Camera | None) -> tuple[Scene, Camera]:
@@ -106,19 +153,27 @@ def from_coefficients(
     """`normal_equations` of an image that is given by its Chebyshev coefficients (background, moduli, phases)."""
     at = jnp.asarray(of_nodes(parameters))
     changes = jnp.moveaxis(jax.jacfwd(of_nodes)(parameters), -1, 0)
+    return _of_nodes(at, changes, shape, data, weights)
+
+
+def _of_nodes(at, changes, shape: tuple[int, int], data, weights) -> NormalEquations:
+    """`from_coefficients` of coefficients and their changes [parameters, fields, count, count]."""
+    known = is_concrete(at, changes, data, None if callable(weights) else weights)
     if callable(weights):
-        weights = weights(synthesize(at, shape))
+        weights = weights(image(at, shape) if known else synthesize(at, shape))
     tables = [None if table is None else jnp.asarray(table, at.dtype) for table in (data, weights)]
-    program = _alone if is_concrete(at, *tables) else product_sums
-    sums = program(at, shape, *tables)
+    return (_alone if known else _assembled)(at, changes, shape, *tables)
+
+
+def _assembled(at, changes, shape: tuple[int, int], data, weights) -> NormalEquations:
+    sums = product_sums(at, shape, data, weights)
     gradient = jnp.einsum("fkl,pfkl->p", sums.slopes, changes, precision="highest")
     return NormalEquations(0.5 * sums.misfit, gradient, _matrix(sums.pairs, changes))
 
 
-_alone = jax.jit(product_sums, static_argnums=1, compiler_options=WIDE)
+_alone = jax.jit(_assembled, static_argnums=2, compiler_options=WIDE)
 
 
-@jax.jit
 def _matrix(
     moments: Float[Array, "pairs fine fine"], changes: Float[Array, "parameters fields count count"]
 ) -> Float[Array, "parameters parameters"]:

@@ -1,7 +1,7 @@
 """Images larger than memory: `blocks` renders them some rows at a time."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -11,8 +11,8 @@ from newtonjax.checks import require_bench, require_method, require_whole, unrea
 from newtonjax.memory import require_memory
 from newtonjax.methods import AbstractMethod, Chebyshev, Traced
 from newtonjax.pixels import parts
-from newtonjax.planning import plan
-from newtonjax.precision import afresh, require_concrete, x64
+from newtonjax.planning import planned
+from newtonjax.precision import afresh, require_concrete
 from newtonjax.rendering import at_nodes, pixels_as_set, render
 from newtonjax.scene import Scene
 from newtonjax.splatting import Splat
@@ -29,18 +29,20 @@ class Blocks:
 
     - `scene`, `camera`: of the whole image; `method`: with which it is computed.
     - `rows`: of a block; the last one may have fewer.
+    - `coefficients`: of the fields where the method is nodes, as `render` has them; else None.
     """
 
     scene: Scene
     camera: Camera
     method: AbstractMethod
     rows: int
+    coefficients: Float[np.ndarray, "fields nodes nodes"] | None = field(default=None, repr=False, compare=False)
 
     def __iter__(self) -> Iterator[tuple[int, Float[np.ndarray, "rows columns"]]]:
         total = self.camera.shape[0]
         starts = ((first, min(self.rows, total - first)) for first in range(0, total, self.rows))
-        if isinstance(self.method, Chebyshev):
-            return self._from_nodes(self.method, starts)
+        if isinstance(self.method, Chebyshev) and self.coefficients is not None:
+            return self._from_nodes(self.method, self.coefficients, starts)
         windows = ((first, self._window(first, rows)) for first, rows in starts)
         return ((first, np.asarray(render(self.scene, window, self.method))) for first, window in windows)
 
@@ -48,12 +50,8 @@ class Blocks:
         centre = middle(self.camera.shape) if self.camera.centre_px is None else np.asarray(self.camera.centre_px)
         return replace(self.camera, shape=(rows, self.camera.shape[1]), centre_px=(centre[0], centre[1] - first))
 
-    def _from_nodes(self, method: Chebyshev, starts) -> Iterator[tuple[int, Float[np.ndarray, "rows columns"]]]:
-        with x64():
-            coefficients, reached = at_nodes(self.scene, self.camera, method)
-        if not reached:
-            raise unreached(method)
-        made = parts(np.asarray(coefficients), self.camera.shape, self.rows, method.dtype or "float64")
+    def _from_nodes(self, method: Chebyshev, coefficients, starts):
+        made = parts(coefficients, self.camera.shape, self.rows, method.dtype or "float64")
         for (first, rows), (_, part) in zip(starts, made, strict=True):
             yield first, np.asarray(part)[-rows:]
 
@@ -68,7 +66,7 @@ def blocks(
     """The image of `render` as blocks of rows, for images that memory does not hold.
 
     Method, tolerance and precision are those of `render`; the whole image has one method, and rays are traced at its
-    nodes once. `rows`: of a block; by default as many as make 32 MiB.
+    nodes once, if the plan has not done so. `rows`: of a block; by default as many as make 32 MiB.
 
         for first, part in nj.blocks(scene, camera):
             file[first : first + len(part)] = part
@@ -83,8 +81,9 @@ def blocks(
     if isinstance(method, Splat):
         raise ValueError("Splat pairs rays over the whole image; give blocks another method")
     scene, camera = afresh(scene, camera)
+    coefficients = None
     if method is None:
-        chosen = plan(scene, camera, tolerance)
+        chosen, coefficients = planned(scene, camera, tolerance)
         scene, method = chosen.scene, chosen.method
     method.check(scene)
     rows = max(_PIXELS // camera.shape[1], 1) if rows is None else rows
@@ -92,7 +91,12 @@ def blocks(
     _require_room(camera.shape, rows, method)
     if isinstance(method, Traced) and method.chunk > rows * camera.shape[1]:
         method = Traced(chunk=rows * camera.shape[1])
-    return Blocks(scene, camera, pixels_as_set(method), rows)
+    method = pixels_as_set(method)
+    if isinstance(method, Chebyshev) and coefficients is None:
+        coefficients, reached = at_nodes(scene, camera, method)
+        if not reached:
+            raise unreached(method)
+    return Blocks(scene, camera, method, rows, coefficients)
 
 
 def _require_room(shape: tuple[int, int], rows: int, method: AbstractMethod) -> None:

@@ -1,13 +1,14 @@
 """Many scenes in one call and bounded memory: `sweep`."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
+from itertools import chain
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array
+from jaxtyping import Array, Float
 
 from newtonjax.camera import Camera
 from newtonjax.checks import require_camera, require_method, require_whole, unreached
@@ -15,9 +16,10 @@ from newtonjax.memory import require_memory
 from newtonjax.methods import AbstractMethod, Chebyshev, ClosedForm, Traced
 from newtonjax.planning import plan
 from newtonjax.precision import afresh, require_concrete, x64
-from newtonjax.rendering import pixels_as_set
+from newtonjax.rendering import at_nodes, pixels_as_set
 from newtonjax.scene import Scene
 from newtonjax.splatting import Splat
+from newtonjax.synthesis import synthesize, synthesize_single
 
 # Pixels that are computed side by side where no batch is asked for, and scenes that are planned for.
 _PIXELS, _PLANNED = 2**22, 32
@@ -35,7 +37,7 @@ def sweep(
     tolerance: float = 1e-3,
     batch: int | None = None,
 ) -> Any:
-    """Images of many scenes, or what is made of them, compiled once.
+    """Images of many scenes, or what is made of them, by programs for a shape and not for a bench.
 
         contrast = nj.sweep(nj.newton_rings, {"radius": radii, "gap": 1e-6}, camera, reduce=jax.numpy.std)
 
@@ -45,8 +47,8 @@ def sweep(
       camera: of all images.
       method: of all images; None for the one that keeps the tolerance in up to 32 of the scenes, spread evenly.
       reduce: from an image to what is kept of it (arrays, or a tree of them); None keeps the image.
-      batch: scenes computed side by side; by default as many as have 4 million pixels. What memory holds besides are
-        these and the answer.
+      batch: scenes whose pixels are computed side by side; by default as many as have 4 million pixels. What memory
+        holds besides are these and the answer. Only nodes are batched; other methods take one scene after the other.
 
     Returns arrays whose first axis has length n. In float64, or float32 where JAX is set to it.
     Raises ValueError for lengths that differ, for what a bench or a method refuses, naming the scene, for more
@@ -71,22 +73,30 @@ def sweep(
     batch = min(max(_PIXELS // pixels, 1) if batch is None else batch, count)
     images = f"{batch} of {count} images" if reduce else f"{count} images"
     advice = "allowed: a smaller batch or shape" if reduce else "allowed: fewer scenes, or reduce= for a part of each"
-    require_memory(f"a sweep that holds {images}", pixels * (_BYTES * batch + (0 if reduce else 8 * count)), advice)
+    require_memory(f"a sweep that holds {images}", pixels * (_BYTES * batch + (0 if reduce else 16 * count)), advice)
     rows = {name: np.broadcast_to(value, count) for name, value in table.items()}
     (camera,) = afresh(camera)
-    # Every scene is made once with its numbers known: traced, a bench and a method refuse nothing.
-    scenes = [_named(rows, number, lambda row: bench(**row)) for number in range(count)]
-    chosen = _for_all(scenes, camera, tolerance) if method is None else method
-    for number, scene in enumerate(scenes):
+    scenes = [(number, _named(rows, number, lambda row: bench(**row))) for number in range(count)]
+    chosen = _for_all([scene for _, scene in scenes], camera, tolerance) if method is None else method
+    for number, scene in scenes:
         _named(rows, number, lambda _, scene=scene: chosen.check(scene))
     method = pixels_as_set(chosen)
     with x64():
-        given = {name: jnp.asarray(value) for name, value in rows.items()}
-        found, reached = _images(given, camera, bench, method, reduce, batch)
-    if not np.all(reached):
-        number = int(np.argmin(np.asarray(reached)))
-        raise ValueError(f"scene {number} ({_text(_row(rows, number))}): {unreached(method)}")
+        if isinstance(method, Chebyshev):
+            of_scene = partial(_nodes, camera=camera, method=method)
+            nodes = [_named(rows, number, lambda _, scene=scene: of_scene(scene)) for number, scene in scenes]
+            found = _images(np.stack(nodes), camera.shape, method.dtype, reduce, batch)
+        else:
+            of_image = (lambda image: image) if reduce is None else jax.jit(reduce)
+            found = _one_by_one((of_image(method.image(scene, camera)) for _, scene in scenes), count)
     return found if jax.config.read("jax_enable_x64") else jax.tree.map(_rounded, found)
+
+
+def _nodes(scene: Scene, camera: Camera, method: Chebyshev) -> Float[np.ndarray, "fields nodes nodes"]:
+    coefficients, reached = at_nodes(scene, camera, method)
+    if not reached:
+        raise unreached(method)
+    return coefficients
 
 
 def _numbers(name: str, value) -> np.ndarray:
@@ -134,15 +144,25 @@ def _for_all(scenes: list[Scene], camera: Camera, tolerance: float) -> AbstractM
     return Chebyshev(max(nodes) if len(nodes) == len(found) else max(*nodes, Chebyshev().nodes))
 
 
-@partial(jax.jit, static_argnames=("bench", "method", "reduce", "batch"))
-def _images(rows, camera, bench, method, reduce, batch):
-    def one(row):
-        scene = bench(**row)
-        made, reached = method.image_and_reach(scene, camera) if isinstance(method, Chebyshev) else (
-            method.image(scene, camera), True)  # fmt: skip
-        return (made if reduce is None else reduce(made)), jnp.asarray(reached)
+def _one_by_one(answers: Iterator[Any], count: int) -> Any:
+    """Trees of arrays of one kind, with a first axis for all of them."""
+    first = next(answers)
+    total = jax.tree.map(lambda leaf: np.empty((count, *jnp.shape(leaf)), leaf.dtype), first)
+    for number, answer in enumerate(chain([first], answers)):
+        for whole, leaf in zip(jax.tree.leaves(total), jax.tree.leaves(answer), strict=True):
+            whole[number] = leaf
+    return jax.tree.map(jnp.asarray, total)
 
-    return jax.lax.map(one, rows, batch_size=batch)
+
+@partial(jax.jit, static_argnames=("shape", "dtype", "reduce", "batch"))
+def _images(coefficients: Float[Array, "scenes fields nodes nodes"], shape, dtype, reduce, batch):
+    made = synthesize_single if dtype == "float32" else synthesize
+
+    def one(nodes):
+        image = made(nodes, shape)
+        return image if reduce is None else reduce(image)
+
+    return jax.lax.map(one, coefficients, batch_size=batch)
 
 
 def _rounded(value):

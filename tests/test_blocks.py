@@ -111,8 +111,8 @@ def test_a_sweep_takes_the_memory_of_a_batch():
     def compiled(count):
         from newtonjax.sweeping import _images
 
-        rows = {"wavelength": jnp.full(count, 500e-9)}
-        analysis = _images.lower(rows, CAMERA, _bench, nj.Chebyshev(9), jnp.mean, 4).compile().memory_analysis()
+        nodes = jnp.zeros((count, 3, 9, 9))
+        analysis = _images.lower(nodes, CAMERA.shape, "float64", jnp.mean, 4).compile().memory_analysis()
         return analysis.temp_size_in_bytes
 
     assert compiled(4096) < compiled(8) + 4096 * 64
@@ -146,6 +146,18 @@ def test_a_sweep_names_the_scene_whose_beams_do_not_arrive():
     values = {"radius": np.array([2.0, 2.0, 1e-3])}
     with pytest.raises(ValueError, match=r"scene 2 \(radius = 0.001\): Chebyshev cannot honour"):
         nj.sweep(nj.newton_rings, values, CAMERA, nj.Chebyshev(5))
+
+
+@pytest.mark.parametrize("method", [nj.Traced(), nj.ClosedForm()])
+def test_a_sweep_without_nodes_is_one_image_after_the_other_too(method):
+    def bench(radius):
+        return nj.newton_rings(radius, screen="gap")
+
+    radii = np.array([0.5, 1.0, 2.0])
+    images = np.stack([nj.render(bench(radius), CAMERA, method) for radius in radii])
+    np.testing.assert_array_equal(nj.sweep(bench, {"radius": radii}, CAMERA, method), images)
+    means = nj.sweep(bench, {"radius": radii}, CAMERA, method, reduce=lambda image: {"mean": image.mean()})
+    np.testing.assert_allclose(means["mean"], images.mean(axis=(1, 2)), rtol=1e-12)
 
 
 def test_a_sweep_in_float32_gives_float32():

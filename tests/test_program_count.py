@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import jax.numpy as jnp
 import numpy as np
 from compilations import compilations
 
@@ -53,3 +54,47 @@ def test_a_hundred_images_take_a_few_programs_a_shape():
         for number, (scene, camera) in enumerate(benches):
             nj.render(scene, camera, methods[number // 3 % 2])
     assert compiled.count == 0
+
+
+def test_blocks_of_another_bench_take_no_program():
+    rng = np.random.default_rng(7)
+    camera = nj.Camera((90, 40), 1e-5)
+
+    def go_through(scene):
+        return sum(len(rows) for _, rows in nj.blocks(scene, camera, nj.Chebyshev(5), rows=20))
+
+    go_through(random_bench(rng))
+    scenes = [nj.newton_rings(radius, gap=1e-6) for radius in (0.5, 1.0, 2.0)]
+    go_through(scenes[0])
+    with compilations() as compiled:
+        assert [go_through(scene) for scene in scenes] == [90, 90, 90]
+    assert compiled.count == 0
+
+
+def test_a_sweep_over_another_bench_takes_no_program():
+    camera = nj.Camera(SHAPES[0], 1e-5)
+
+    def sweep(bench):
+        return nj.sweep(bench, {"radius": [0.5, 1.0, 2.0]}, camera, nj.Chebyshev(5), reduce=jnp.mean, batch=2)
+
+    sweep(nj.newton_rings)
+    with compilations() as compiled:
+        for gap in (1e-6, 2e-6):
+            sweep(lambda radius, gap=gap: nj.newton_rings(radius, gap=gap, view="reflected", plate_tilt=(1e-3, 0.0)))
+    assert compiled.count == 0
+
+
+def test_normal_equations_of_another_bench_take_one_small_program():
+    """From the parameters to its numbers; those from there to the nodes, and of the pixels, serve all benches."""
+    camera = nj.Camera(SHAPES[0], 1e-5)
+
+    def solve(bench):
+        return nj.normal_equations(bench, np.array([1.0, 1e-6]), camera, method=nj.Chebyshev(5))
+
+    with compilations() as compiled:
+        solve(lambda p: nj.newton_rings(p[0], gap=p[1]))
+    # The rays, the bench's numbers, the nodes' changes, the sums; and what JAX cuts out of the vector and adds up.
+    assert compiled.count <= 9
+    with compilations() as compiled:
+        solve(lambda p: nj.newton_rings(p[0], gap=p[1], view="reflected", plate_tilt=(1e-3, 0.0)))
+    assert compiled.count <= 2  # with a sum of numbers that the first bench had not
