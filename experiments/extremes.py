@@ -40,7 +40,7 @@ _compiled = partial(jax.jit, static_argnames="view", compiler_options=QUICKLY)
 def seen(vector, points, view):
     """Path difference [turns] and fields at points, every ray traced; where the rays are launched [point, beam]."""
     scene = scenes.scene_of(vector, view)
-    starts, _, _ = jax.vmap(jax.vmap(aim, (0, None, None)), (None, None, 0))(*gather(scene), points)
+    starts = jax.vmap(jax.vmap(aim, (0, None, None)), (None, None, 0))(*gather(scene), points).start
     return opd_at(scene, points)[0] / scene.wavelength, fields_at(scene, points), starts
 
 
