@@ -59,6 +59,10 @@ class Codes:
         codes = self.codes[part]
         return self.curve(codes) if self._table is None else self._table[codes.view(self._index)]
 
+    def light_where(self, mask: np.ndarray, part=(slice(None), slice(None))) -> np.ndarray:
+        """Light of the pixels of a part where a mask of its shape is True, float64."""
+        return Codes(self.codes[part][mask][:, None], self.curve).light()[:, 0]
+
     def rows(self, start: int, stop: int, columns: slice = slice(None)) -> np.ndarray:
         """Light of a band of rows, float32 [rows, columns]."""
         codes = self.codes[start:stop, columns]

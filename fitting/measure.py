@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 from fitting.evidence import evidence_of
-from fitting.illumination import Fitted, robust_fit, sharpened
+from fitting.illumination import FEW, Fitted, robust_fit, sharpened
 from fitting.matched import Rings
 from fitting.models import NUMBERS, GapModel, curved_surface
 from fitting.phases import frame_on, moved_to
@@ -35,6 +35,9 @@ _UNSTATED = (
 )
 # Fewer pixels hold no rings.
 _FEWEST = 64
+# More blocks than this are made wider, up to so many cycles of the finest fringe in one: a made picture of 29 million
+# pixels has a deviation of 1.2 millionths with them, 0.9 without.
+_MANY_BLOCKS, _BEARABLE = 500_000, 0.2
 # Blocks to a side of the lit field, at least; pixels up to which a fit may go on from blocks to each of them.
 _FEWEST_BLOCKS, _MOST_PIXELS = 64, 1_000_000
 # Fringes that explain less than this may be bent.
@@ -212,7 +215,11 @@ def _of_gap(plain: Fitted, photograph, rings: Rings, known, wishes: dict, pinned
     what is left with them.
     """
     scaled = scene is None and known.unknown is not None
-    if scaled or why_refused(plain, photograph, rings):
+    refused_plain = "" if scaled else why_refused(plain, photograph, rings)
+    if refused_plain and plain.orders < FEW and not any(wishes.values()):
+        # Parts may imitate whatever so few fringes leave over.
+        return Choice(plain, {})
+    if scaled or refused_plain:
         return adapt(plain, photograph, wishes, pinned, before)
     if scene is not None:
         return Choice(plain, {})
@@ -259,7 +266,11 @@ def _block(photograph: Photograph, rings: Rings) -> int:
     """Pixels to a side of a block that resolves the rings all over the lit field, and leaves enough of them."""
     x, y = pixels_of(photograph.lit)
     finest = 2 * rings.scale * float(np.hypot(x - rings.centre[0], y - rings.centre[1]).max())
-    return max(1, min(block_size(finest), int(min(np.ptp(x), np.ptp(y))) // _FEWEST_BLOCKS))
+    pixels = np.count_nonzero(photograph.mask)
+    block = block_size(finest)
+    if pixels > _MANY_BLOCKS * block**2:
+        block = min(block_size(finest, _BEARABLE), int(np.ceil(np.sqrt(pixels / _MANY_BLOCKS))))
+    return max(1, min(block, int(min(np.ptp(x), np.ptp(y))) // _FEWEST_BLOCKS))
 
 
 def finely(found: Fitted, photograph: Photograph) -> Fitted:

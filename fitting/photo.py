@@ -91,7 +91,7 @@ def read(
     if share > 0.02:
         warnings.append(f"{share:.0%} of the pixels are saturated and were left out; expose less")
     sample = thin(usable)
-    known = codes.light(sample)[usable[sample]]
+    known = codes.light_where(usable[sample], sample)
     unit = float(np.percentile(known, 99.5)) if known.size else 0.0
     codes = Codes(plane, replace(codes.curve, unit=unit or 1.0))
     labels = _CHANNELS if count == 3 else ("grey",)
@@ -168,7 +168,7 @@ def _not_wild(codes: Codes, lit: np.ndarray) -> np.ndarray:
     sample = thin(lit, 40_000)
     if not lit[sample].any():
         return np.ones(codes.shape, bool)
-    low, high = np.percentile(codes.light(sample)[lit[sample]], [0.5, 99.5])
+    low, high = np.percentile(codes.light_where(lit[sample], sample), [0.5, 99.5])
     return np.ones(codes.shape, bool) if high == low else codes.between(2 * low - high, 2 * high - low)
 
 
@@ -258,7 +258,8 @@ def _lit(codes: Codes) -> np.ndarray:
     field = _largest(np.asarray(ndimage.binary_fill_holes(blurred > low + 0.35 * (high - low))))
     field = ndimage.binary_erosion(field, iterations=round(width), border_value=1)
     rows, columns = (np.minimum(np.arange(n) // factor, m - 1) for n, m in zip(codes.shape, field.shape, strict=True))
-    return field[np.ix_(rows, columns)]
+    # Whole rows at a time: both indices at once take ten times as long.
+    return field[:, columns][rows]
 
 
 def _threshold(values: np.ndarray) -> float:

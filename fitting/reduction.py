@@ -102,9 +102,9 @@ class Reduced:
         return float(self.weights.sum(dtype=float)) * self.grid.block**2
 
 
-def block_size(finest: float) -> int:
-    """Pixels to a side of a block, for the finest fringe [cycles per pixel]."""
-    return max(1, int(CYCLES / max(finest, 1e-9)))
+def block_size(finest: float, cycles: float = CYCLES) -> int:
+    """Pixels to a side of a block, for the finest fringe [cycles per pixel] and so many cycles of it in one."""
+    return max(1, int(cycles / max(finest, 1e-9)))
 
 
 def reduce(photograph: Photograph, block: int, dtype: type[np.floating] = np.float32) -> Reduced:
