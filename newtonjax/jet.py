@@ -7,7 +7,7 @@ gives first derivatives and two give the mixed second ones. The formulas of the 
 
 from functools import cache
 from itertools import product
-from typing import Any
+from typing import Any, no_type_check
 
 import numpy as np
 
@@ -15,6 +15,9 @@ _ALL = slice(None)
 _VALUE, _TANGENTS = slice(0, 1), slice(1, None)
 
 
+# Its operations are the inner loop of the studies: a checker of types and shapes, where one is hooked in, sees the
+# functions that take jets, not each sum and product.
+@no_type_check
 class Jet:
     """An array with tangents: `parts` has one leading axis a level, its entry 0 the value, the others the tangents.
 
@@ -171,16 +174,19 @@ class Jet:
     __hash__ = None  # pyright: ignore[reportAssignmentType]
 
 
+@no_type_check
 def value_of(number) -> Any:
     """A number without its tangents."""
     return number.value if isinstance(number, Jet) else number
 
 
+@no_type_check
 def without_tangents(number) -> Any:
     """A jet of the same levels without tangents; what is none stays as it is."""
     return Jet(number.parts[(_VALUE,) * number.levels], number.levels) if isinstance(number, Jet) else number
 
 
+@no_type_check
 def _parts(number, levels: int) -> np.ndarray:
     if isinstance(number, Jet):
         return number.parts
@@ -188,6 +194,7 @@ def _parts(number, levels: int) -> np.ndarray:
     return number.reshape((1,) * levels + number.shape)
 
 
+@no_type_check
 def aligned(*numbers) -> list[np.ndarray]:
     """Parts of one rank: axes of length 1 stand between the levels and those of a smaller array."""
     levels = next(number.levels for number in numbers if isinstance(number, Jet))
@@ -201,11 +208,13 @@ def aligned(*numbers) -> list[np.ndarray]:
     ]
 
 
+@no_type_check
 def _room(a: np.ndarray, b: np.ndarray, levels: int) -> np.ndarray:
     sizes = tuple(map(max, a.shape[:levels], b.shape[:levels]))
     return np.zeros(sizes + np.broadcast_shapes(a.shape[levels:], b.shape[levels:]), np.result_type(a, b))
 
 
+@no_type_check
 def _multiply(a: np.ndarray, b: np.ndarray, levels: int) -> np.ndarray:
     """Level by level a tangent of the product is one factor's tangent times the other's value."""
     if a.size < b.size:
@@ -222,6 +231,7 @@ def _multiply(a: np.ndarray, b: np.ndarray, levels: int) -> np.ndarray:
     return total
 
 
+@no_type_check
 @cache
 def _plan(one: tuple[int, ...], other: tuple[int, ...]) -> tuple[bool, list]:
     """Which entries are multiplied, and where the products go; and whether the first product has all entries."""

@@ -1,6 +1,6 @@
 """Functions of jets, and of NumPy's numbers: what the tracer's formulas take in place of `jax.numpy`."""
 
-from typing import Any
+from typing import Any, no_type_check
 
 import numpy as np
 
@@ -16,6 +16,7 @@ def variable(value, tangents: np.ndarray, level: int, levels: int) -> Jet:
     return Jet(parts.reshape(*shape, *parts.shape[1:]), levels)
 
 
+@no_type_check
 def sqrt(number) -> Any:
     if not isinstance(number, Jet):
         return np.sqrt(number)
@@ -46,15 +47,18 @@ def arctan(number: Jet) -> Jet:
     return number.through([np.arctan(x), f, -x * f**2, (3 * x * x - 1) * f**3 / 3])
 
 
+@no_type_check
 def asarray(number, dtype=None) -> Any:
     """`numpy.asarray`; a jet as it is."""
     return number if isinstance(number, Jet) else np.asarray(number, dtype)
 
 
+@no_type_check
 def zeros_like(number):
     return np.zeros_like(value_of(number))
 
 
+@no_type_check
 def where(condition, one, other) -> Any:
     """`numpy.where`; of a single truth value the number itself."""
     if np.ndim(condition) == 0:
@@ -66,6 +70,7 @@ def where(condition, one, other) -> Any:
     return Jet(np.where(condition, a, b), levels)
 
 
+@no_type_check
 def stack(numbers, axis: int = 0) -> Any:
     """`numpy.stack` of jets and numbers."""
     if not any(isinstance(number, Jet) for number in numbers):
@@ -99,6 +104,7 @@ def inverse(matrix) -> Any:
     return Jet(np.concatenate([value[None], -value @ matrix.parts[1:] @ value]), 1)
 
 
+@no_type_check
 def peak(number, axes: int) -> Any:
     """The largest over the last axes; where there are several, the first."""
     value = value_of(number)
@@ -108,16 +114,19 @@ def peak(number, axes: int) -> Any:
     return stack([flat[k, at[k]] for k in range(len(at))]) if lead else flat[at]
 
 
+@no_type_check
 def _sizes(levels: int, *numbers) -> tuple[int, ...]:
     parts = [number.parts.shape for number in numbers if isinstance(number, Jet)]
     return tuple(max(shape[k] for shape in parts) for k in range(levels))
 
 
+@no_type_check
 def full(number: Jet, sizes: tuple[int, ...]) -> Jet:
     """The jet with all entries at its levels, zeros where it has no tangents."""
     return Jet(_full(number.parts, sizes), number.levels)
 
 
+@no_type_check
 def _full(part: np.ndarray, sizes: tuple[int, ...]) -> np.ndarray:
     """With zeros for the tangents that a part does not have."""
     short = part.shape[: len(sizes)]
