@@ -6,7 +6,6 @@ Implicit Differentiation). The second derivatives of the image are in ∂g/∂θ
 """
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import NamedTuple
 
 import jax
@@ -14,23 +13,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from fitting.electrons import Moves, photoelectrons, weights
+from fitting import gauss_newton, traced_fit
 from fitting.fisher import FREE, fine_nodes
+from fitting.gauss_newton import Problem, problem
 from fitting.knobs import chosen, knobs
 from newtonjax.camera import Camera
-from newtonjax.fringes import split
 from newtonjax.methods import Chebyshev
-from newtonjax.normal import from_coefficients
 from newtonjax.precision import require_x64, x64
-from newtonjax.quantities import Scalar, is_concrete
+from newtonjax.quantities import is_concrete
 from newtonjax.scene import Scene
-from newtonjax.synthesis import synthesize
-
-# Stages by which what is assumed moves from the scene's numbers to those given: one for every half turn of the fringes,
-# and at most these. Steps of Gauss and Newton in each.
-_STAGES, _STEPS = 8, 12
-# Of a stage the last step, over what the numbers have moved.
-_SETTLED = 1e-9
 
 
 class Measured(NamedTuple):
@@ -84,90 +75,63 @@ def measurement(
         if twice := set(assumed) & set(free):
             raise ValueError(f"{', '.join(sorted(twice))} is free: it is found, not assumed")
         given = {**known, **chosen(there, tuple(assumed))} if assumed else known
-        moves = tuple((knob.name, knob.move) for knob in given.values())
-        scales = np.array([knob.scale for knob in given.values()])
-
-        def found():
-            off = [(value - given[name].value) / given[name].scale for name, value in assumed.items()]
-            shift = jnp.stack([jnp.asarray(one, float) for one in off]) if off else jnp.zeros(0)
-            steps, misfit, converged = _solve(
-                scene, camera, jnp.asarray(image, float), shift, jnp.asarray(scales), noise, moves, method
-            )
-            values = [knob.value + step * knob.scale for knob, step in zip(known.values(), steps, strict=True)]
-            return Measured(dict(zip(known, values, strict=True)), misfit, converged)
-
+        off = [(value - given[name].value) / given[name].scale for name, value in assumed.items()]
+        fit = problem(scene, camera, list(given.values()), len(known), noise, method.nodes)
         if is_concrete(image, assumed):
+            found = gauss_newton.solve(
+                fit, np.asarray(image, float) * camera.exposure, np.array([off], float).reshape(1, -1)
+            )
             with x64():
-                return found()
+                return measured(*(part[0] for part in found))
         require_x64("measurement")
-        return found()
+        shift = jnp.stack([jnp.asarray(one, float) for one in off]) if off else jnp.zeros(0)
+        steps, misfit, converged = _differentiable(fit)(jnp.asarray(image, float) * camera.exposure, shift)
+        return measured(steps, misfit, converged > 0)
+
+    def measured(steps, misfit, converged) -> Measured:
+        values = [knob.value + step * knob.scale for knob, step in zip(known.values(), steps, strict=True)]
+        return Measured(dict(zip(known, map(_array, values), strict=True)), _array(misfit), _array(converged))
 
     return measure
 
 
-@partial(jax.jit, static_argnames=("moves", "method"))
-def _solve(scene, camera, image, shift, scales, noise: Scalar | None, moves: Moves, method: Chebyshev):
-    """Steps of the free numbers, which come first, in their scales; misfit; whether the fit converged."""
-    # As a program within the program it is traced once, for all its uses and derivatives.
-    of_steps, count = jax.jit(photoelectrons(scene, camera, moves, scales, method)), len(moves) - len(shift)
-    weight = weights(synthesize(of_steps(jnp.zeros(len(moves))), camera.shape), camera, noise)
-    data = image * camera.exposure
-
-    def equations(at, off):
-        return from_coefficients(of_steps, jnp.concatenate([at, off]), camera.shape, data, weight)
-
-    def gradient(at):
-        return equations(at, shift).gradient[:count]
-
-    stages = _stages(of_steps, jax.lax.stop_gradient(shift), count) if len(shift) else jnp.array(0)
-
-    def search(_, at):
-        whole = jnp.maximum(stages, 1).astype(float)
-
-        def step(state):
-            stage, at, taken = state
-            made = equations(at, shift * (stage / whole))
-            matrix = made.matrix[:count, :count]
-            move = _least(matrix, made.gradient[:count])
-            at = at - move
-            settled = jnp.abs(move).max() <= _SETTLED * jnp.maximum(jnp.abs(at).max(), 1e-2)
-            # The fringes of the next stage are met where this one's slopes put them: else it may miscount them.
-            follow = _least(matrix, made.matrix[:count, count:] @ shift) / whole
-            at = jnp.where(settled & (stage < stages), at - follow, at)
-            return stage + settled.astype(int), at, jnp.where(settled, 0, taken + 1)
-
-        start = (jnp.array(0), at, jnp.array(0))
-        stage, at, _ = jax.lax.while_loop(lambda s: (s[0] <= stages) & (s[2] < _STEPS), step, start)
-        return at, (stage > stages).astype(float)  # whose tangent, unlike a Boolean's, is a plain zero
-
-    at, converged = jax.lax.custom_root(gradient, jnp.zeros(count), search, _solved, has_aux=True)
-    made = equations(at, shift)
-    good = (converged > 0) & _determined(made.matrix[:count, :count])
-    return at * jnp.where(good, 1.0, jnp.nan), made.misfit, good  # a factor, so that derivatives are NaN too
+def _array(number) -> Array:
+    """A JAX array of a number; of NumPy's without a program, which `asarray` would take."""
+    return number if isinstance(number, jax.Array) else jax.device_put(np.asarray(number))
 
 
-def _stages(of_steps, shift, count: int):
-    """In how many stages what is assumed moves the fringes by at most half a turn each."""
-    still = jnp.zeros(count + len(shift))
-    changes = split(list(jax.jvp(of_steps, (still,), (still.at[count:].set(shift),))[1]))[2]
-    turns = jnp.max(jnp.stack([jnp.abs(change).sum() for change in changes]))
-    return jnp.clip(jnp.ceil(2 * turns), 1, _STAGES).astype(int)
+def _differentiable(fit: Problem) -> Callable:
+    """From image [photoelectrons] and steps of what is held to steps, misfit and whether the fit converged, 1 or 0.
 
+    Of known numbers all is made in NumPy, derivatives too; where a transformation hides the numbers all is traced.
+    """
 
-def _solved(linear, right):
-    """The solution of a linear system that is given as a function."""
-    return _least(jax.jacfwd(linear)(jnp.zeros_like(right)), right)
+    def at_once(data, held):
+        return [part[0] for part in gauss_newton.solve(fit, data, held[None])]
 
+    def arrays(steps, misfit, converged):
+        return _array(steps), _array(misfit), _array(converged * 1.0)
 
-def _determined(matrix) -> Bool[Array, ""]:
-    """Whether normal equations tell every number: of unit diagonal, their least eigenvalue is no rounding."""
-    size = jnp.diag(matrix)
-    unit = 1 / jnp.sqrt(jnp.where(size > 0, size, 1.0))
-    least = jnp.linalg.eigvalsh(jax.lax.stop_gradient(matrix * jnp.outer(unit, unit)))[0]
-    return (least > 1e-13 * len(matrix)) & jnp.all(size > 0)
+    @jax.custom_jvp
+    def found(data, held):
+        if is_concrete(data, held):
+            return arrays(*at_once(np.asarray(data), np.asarray(held)))
+        return traced_fit.solve(fit, data, held)
 
+    @found.defjvp
+    def derivatives(primals, tangents):
+        if is_concrete(primals):
+            data, held = (np.asarray(part) for part in primals)
+            steps, misfit, converged = at_once(data, held)
+            by = gauss_newton.slopes(fit, data, np.nan_to_num(steps), held)
+        else:
+            steps, misfit, converged = found(*primals)
+            by = traced_fit.slopes(fit, primals[0], steps, primals[1])
+        image, held = tangents
+        change = jnp.tensordot(by.steps_by_image, image, 2) + jnp.matmul(by.steps_by_held, held)
+        misfit_change = jnp.vdot(by.misfit_by_image, image) + jnp.vdot(by.misfit_by_held, held)
+        # A factor, so that derivatives are NaN where there is no answer.
+        change = change * jnp.where(converged > 0, 1.0, jnp.nan)
+        return arrays(steps, misfit, converged), (change, misfit_change, jnp.zeros(()))
 
-def _least(matrix, right):
-    """Matrix x = right by least squares: of what is not determined it takes nothing."""
-    size = jnp.sqrt(jnp.maximum(jnp.abs(jnp.diag(matrix)), 1e-300))
-    return jnp.linalg.lstsq(matrix / jnp.outer(size, size), right / size, rcond=1e-12)[0] / size
+    return found

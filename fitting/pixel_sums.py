@@ -12,6 +12,9 @@ from newtonjax import chebyshev
 # Pixels of a block, about: its tables stay in the cache.
 _BLOCK = 1 << 16
 
+# Background, modulus and phase two by two.
+_PAIRS = [(a, b) for a in range(3) for b in range(a + 1)]
+
 # From a block of the image [rows, columns] and its rows to the pixels' weights.
 Weigh = Callable[[np.ndarray, slice], np.ndarray]
 
@@ -25,11 +28,16 @@ class Equations(NamedTuple):
 
 
 class _Block(NamedTuple):
-    """Rows of an image, the image there, and what a change of background, modulus and phase does to it."""
+    """Rows of an image, and the image there.
+
+    - `factors`: what a change of background, modulus and phase does to it.
+    - `bends`: what two changes do together, of modulus and phase and of the phase twice, by their place in `_PAIRS`.
+    """
 
     rows: slice
     image: Float[np.ndarray, "rows columns"]
     factors: tuple[np.ndarray, np.ndarray, np.ndarray]
+    bends: dict[int, np.ndarray]
 
 
 def equations(
@@ -38,31 +46,38 @@ def equations(
     shape: tuple[int, int],
     weigh: Weigh,
     data: Float[np.ndarray, "rows columns"] | None = None,
+    second: Float[np.ndarray, "numbers numbers 3 count count"] | None = None,
 ) -> Equations:
     """Misfit, gradient and Gauss and Newton's matrix of an image, from its coefficients and their derivatives.
 
     As `newtonjax.normal_equations` has them: products of two tangents are summed by weights on 2 n - 1 nodes, exact to
-    rounding. Without `data` misfit and gradient are 0.
+    rounding. Without `data` misfit and gradient are 0. With the coefficients' `second` derivatives too the matrix is
+    that of the misfit's own, Σ w (∂I ∂I + (I - d) ∂²I).
     """
     count = table.shape[-1]
     fine = 2 * count - 1
     along_y, along_x = (chebyshev.basis(n, fine) for n in shape)
-    pairs = [(a, b) for a in range(3) for b in range(a + 1)]
-    moments, sums, misfit = np.zeros((len(pairs), fine, fine)), np.zeros((3, count, count)), 0.0
+    moments, sums, misfit = np.zeros((len(_PAIRS), fine, fine)), np.zeros((3, count, count)), 0.0
     with one_thread():
-        for rows, image, factors in _blocks(table, shape):
+        for rows, image, factors, bends in _blocks(table, shape):
             weight = weigh(image, rows)
             by_rows = along_y[:, rows]
             weighted = [weight * factor for factor in factors]
-            for k, (a, b) in enumerate(pairs):
-                moments[k] += by_rows @ ((weighted[a] * factors[b]) @ along_x.T)
-            if data is not None:
-                away = image - data[rows]
+            away = None if data is None else image - data[rows]
+            for k, (a, b) in enumerate(_PAIRS):
+                each = weighted[a] * factors[b]
+                if second is not None and k in bends:
+                    each += weight * away * bends[k]
+                moments[k] += by_rows @ (each @ along_x.T)
+            if away is not None:
                 misfit += 0.5 * float(np.vdot(weight * away, away))
                 for k, factor in enumerate(weighted):
                     sums[k] += by_rows[:count] @ ((factor * away) @ along_x[:count].T)
     gradient = np.tensordot(changes.reshape(len(changes), -1), sums.ravel(), 1)
-    return Equations(misfit, gradient, _matrix(moments, pairs, changes))
+    matrix = _matrix(moments, changes)
+    if second is not None:
+        matrix += np.tensordot(second, sums, 3)
+    return Equations(misfit, gradient, matrix)
 
 
 def image_of(table: Float[np.ndarray, "3 count count"], shape: tuple[int, int]) -> Float[np.ndarray, "rows columns"]:
@@ -80,7 +95,7 @@ def slopes_of(
     made = np.empty((len(changes), *shape))
     along_y, along_x = (chebyshev.basis(n, table.shape[-1]) for n in shape)
     with one_thread():
-        for rows, _, factors in _blocks(table, shape):
+        for rows, _, factors, _ in _blocks(table, shape):
             for image, change in zip(made, changes, strict=True):
                 image[rows] = sum(
                     f * (along_y[:, rows].T @ part @ along_x) for f, part in zip(factors, change, strict=True)
@@ -95,12 +110,13 @@ def _blocks(table: Float[np.ndarray, "3 count count"], shape: tuple[int, int]) -
         rows = slice(first, min(first + step, shape[0]))
         background, modulus, phase = along_y[:, rows].T @ table @ along_x
         angle = 2 * np.pi * (phase - np.round(phase))
-        cosine = np.cos(angle)
-        factors = (np.ones_like(phase), cosine, -2 * np.pi * modulus * np.sin(angle))
-        yield _Block(rows, background + modulus * cosine, factors)
+        cosine, turning = np.cos(angle), -2 * np.pi * np.sin(angle)
+        fringes = modulus * cosine
+        bends = {_PAIRS.index((2, 1)): turning, _PAIRS.index((2, 2)): -4 * np.pi**2 * fringes}
+        yield _Block(rows, background + fringes, (np.ones_like(phase), cosine, modulus * turning), bends)
 
 
-def _matrix(moments, pairs, changes) -> Float[np.ndarray, "numbers numbers"]:
+def _matrix(moments, changes) -> Float[np.ndarray, "numbers numbers"]:
     """Σ over pixels of products of two tangents, from the moments of the factors' products."""
     numbers, _, count, _ = changes.shape
     fine = moments.shape[-1]
@@ -108,7 +124,7 @@ def _matrix(moments, pairs, changes) -> Float[np.ndarray, "numbers numbers"]:
     at_fine = (onto @ changes @ onto.T).transpose(1, 0, 2, 3).reshape(3, numbers, -1)
     back = chebyshev.analysis(fine)
     total = np.zeros((numbers, numbers))
-    for (a, b), moment in zip(pairs, moments, strict=True):
+    for (a, b), moment in zip(_PAIRS, moments, strict=True):
         part = (at_fine[a] * (back.T @ moment @ back).ravel()) @ at_fine[b].T
         total += part if a == b else part + part.T
     return total

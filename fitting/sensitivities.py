@@ -11,13 +11,12 @@ import numpy as np
 from jaxtyping import Float
 
 from fitting.fisher import FREE, derivatives, fine_nodes, information
+from fitting.gauss_newton import perfect_image
 from fitting.implicit import measurement
 from fitting.knobs import Knob, chosen, knobs
 from fitting.pixel_sums import slopes_of
 from fitting.refusal import UndeterminedError
 from newtonjax.camera import Camera
-from newtonjax.precision import x64
-from newtonjax.rendering import render
 from newtonjax.scene import Scene
 
 
@@ -147,9 +146,9 @@ def refitted(
     the scene does not have.
     """
     known = chosen(knobs(scene, camera), (*free, *wrong))
-    measure = measurement(scene, camera, free, noise=noise)
-    with x64():
-        image = render(scene, camera, fine_nodes(scene, camera))
+    method = fine_nodes(scene, camera)
+    measure = measurement(scene, camera, free, noise=noise, method=method)
+    image = perfect_image(scene, camera, method.nodes) / camera.exposure
     found = measure(image, **{name: known[name].value + by for name, by in wrong.items()})
     if not found.converged:
         raise ValueError(f"the fit with {', '.join(wrong)} off does not converge: the effect is too large")

@@ -11,15 +11,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 from scipy.stats import norm, qmc
 
 from fitting import draws_file
 from fitting.fisher import FREE, fine_nodes
-from fitting.implicit import measurement
+from fitting.gauss_newton import perfect_image, problem, solve
 from fitting.knobs import Knob, chosen, knobs
 from fitting.known import Known, deviation, require_held
 from fitting.refusal import NotConvergedError
@@ -27,9 +25,6 @@ from fitting.sensitivities import free_beside, sensitivity
 from newtonjax import __version__
 from newtonjax.camera import Camera
 from newtonjax.files import scene_text
-from newtonjax.methods import Chebyshev
-from newtonjax.precision import x64
-from newtonjax.rendering import render
 from newtonjax.scene import Scene
 
 # Pixels of the images of a batch, about; draws at least; samples of the bootstrap.
@@ -142,9 +137,8 @@ def spread(
     if keep is not None:
         units = {name: there[name].unit for name in (*sds, target)}
         kept = draws_file.Kept(Path(keep), dict(zip(sds, rows.T, strict=True)), target, units, study)
-    with x64():
-        fits = _Fits(scene, camera, tuple(sds), free, noise, method)
-        found = _made(fits, rows, kept, report or (lambda *_: None))
+    fits = _Fits(scene, camera, tuple(sds), free, noise, method.nodes)
+    found = _made(fits, rows, kept, report or (lambda *_: None))
     value = there[target].value
     shares = _shares(found.reshape(-1, draws), seed)
     parts = [
@@ -212,21 +206,18 @@ def _shares(found: Float[np.ndarray, "blocks draws"], seed: int):
 class _Fits:
     """Fits of the scene's own image with other numbers held, a batch at a time."""
 
-    def __init__(self, scene, camera, names: tuple[str, ...], free: tuple[str, ...], noise, method: Chebyshev):
-        measure = measurement(scene, camera, free, noise=noise, method=method)
-        self.names = names
-        self.batch = max(1, min(32, _PIXELS // (camera.shape[0] * camera.shape[1])))
-        image = render(scene, camera, method)
-
-        def one(row):
-            return measure(image, **dict(zip(names, row, strict=True))).numbers[free[0]]
-
-        self._all = jax.vmap(one)  # of a function that is compiled: what it is compiled to is kept for the next study
+    def __init__(self, scene, camera, names: tuple[str, ...], free: tuple[str, ...], noise, nodes: int):
+        self.names, self.batch = names, max(1, min(32, _PIXELS // (camera.shape[0] * camera.shape[1])))
+        numbers = chosen(knobs(scene, camera), (*free, *names))
+        self._target, self._held = numbers[free[0]], [numbers[name] for name in names]
+        self._problem = problem(scene, camera, list(numbers.values()), len(free), noise, nodes)
+        self._image = perfect_image(scene, camera, nodes)
 
     def __call__(self, rows: Float[np.ndarray, "rows names"]) -> Float[np.ndarray, " rows"]:
-        """The target at up to `batch` rows of held numbers."""
-        full = np.concatenate([rows, np.repeat(rows[:1], self.batch - len(rows), axis=0)])
-        return np.asarray(self._all(jnp.asarray(full)))[: len(rows)]
+        """The target at up to `batch` rows of held numbers; NaN where a fit does not converge."""
+        values, scales = (np.array(each) for each in zip(*[(one.value, one.scale) for one in self._held], strict=True))
+        found = solve(self._problem, self._image, (rows - values) / scales)
+        return self._target.value + self._target.scale * found.steps[:, 0]
 
 
 def _made(fits: _Fits, rows, kept: "draws_file.Kept | None", report) -> Float[np.ndarray, " fits"]:

@@ -1,6 +1,6 @@
 """Spherical and plane surfaces: one type, curvature 0 is the plane."""
 
-from typing import Any
+from typing import Any, no_type_check
 
 import equinox as eqx
 from jaxtyping import Bool, Float, Num
@@ -47,6 +47,7 @@ def frame(tilt) -> tuple[Direction, Direction, Direction]:
     )
 
 
+@no_type_check  # the inner loop of all; what calls it is checked
 def dot(a: Num[Any, "3 ..."], b: Num[Any, "3 ..."]) -> Num[Any, "..."]:
     """A · b, written out so that it fuses with its neighbours (in jets it is one product)."""
     if isinstance(a, Jet) and isinstance(b, Jet) and a.ndim == b.ndim:

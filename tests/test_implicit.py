@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from compilations import QUICKLY, compilations
 
 import fitting
 import newtonjax as nj
@@ -22,6 +23,11 @@ def measure():
 def noisy():
     image = np.asarray(nj.render(SCENE, CAMERA, nj.Chebyshev(17)))
     return image + 0.03 * image.max() * np.random.default_rng(1).normal(size=image.shape)
+
+
+def turned(image):
+    """Three images: as it is, upside down, and left to right."""
+    return jnp.stack([jnp.asarray(image), jnp.asarray(image)[::-1], jnp.asarray(image)[:, ::-1]])
 
 
 def test_a_perfect_image_gives_the_scene_back(measure):
@@ -66,10 +72,34 @@ def test_however_little_is_wrong_the_fit_ends(measure, wrong):
 
 
 def test_images_are_measured_side_by_side(measure, noisy):
-    many = jnp.stack([jnp.asarray(noisy), jnp.asarray(noisy)[::-1], jnp.asarray(noisy)[:, ::-1]])
-    found = jax.jit(jax.vmap(lambda image: measure(image).numbers["radius"]))(many)
+    many = turned(noisy)
+    found = jax.jit(jax.vmap(lambda image: measure(image).numbers["radius"]), compiler_options=QUICKLY)(many)
     alone = [float(measure(image).numbers["radius"]) for image in many]
     np.testing.assert_allclose(found, alone, rtol=1e-9)
+
+
+def test_hidden_numbers_give_what_known_ones_do(measure, noisy):
+    """Radius and misfit, and their derivatives by image and assumptions: traced as one program, and in NumPy."""
+
+    def outcome(image, *assumed):
+        found = measure(image, **dict(zip(ASSUMED, assumed, strict=True)))
+        return found.numbers["radius"] + 1e-3 * found.misfit
+
+    both = jax.value_and_grad(outcome, (0, 1, 2))
+    many = turned(noisy)
+    traced = jax.jit(jax.vmap(both, (0, None, None)), compiler_options=QUICKLY)(many, *ASSUMED.values())
+    for k, image in enumerate(many):
+        value, slopes = both(image, *ASSUMED.values())
+        assert float(traced[0][k]) == pytest.approx(float(value), rel=1e-9)
+        for hidden, known in zip(traced[1], slopes, strict=True):
+            np.testing.assert_allclose(hidden[k], known, rtol=1e-8, atol=1e-8 * np.abs(known).max())
+
+
+def test_known_numbers_compile_nothing(noisy):
+    with compilations() as compiled:
+        found = fitting.measurement(SCENE, CAMERA)(noisy, **ASSUMED)
+    assert found.converged
+    assert compiled.count == 0
 
 
 def test_what_has_no_rings_does_not_converge(measure):

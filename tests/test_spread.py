@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from compilations import compilations
 from scipy.io import netcdf_file
 from scipy.stats import sobol_indices
 from shell import refusal
@@ -34,7 +35,9 @@ def small(tmp_path_factory):
     counted = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sobol._Fits, "__call__", lambda self, rows: counted.append(len(rows)) or fits(self, rows))
-        found = fitting.spread(SCENE, CAMERA, SMALL, draws=32, keep=file)
+        with compilations() as compiled:
+            found = fitting.spread(SCENE, CAMERA, SMALL, draws=32, keep=file)
+    assert compiled.count == 0
     return found, file, made[0], sum(counted)
 
 
