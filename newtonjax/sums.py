@@ -14,8 +14,9 @@ from jaxtyping import Array, Float
 
 from newtonjax import chebyshev
 from newtonjax.fence import fenced
-from newtonjax.fringes import slopes, without_turns
-from newtonjax.strips import row
+from newtonjax.fringes import without_turns
+from newtonjax.strips import AbstractRow, row
+from newtonjax.turns import cosine, fraction, sine
 
 # Rows of a block: its tables stay in the cache.
 _ROWS = 128
@@ -62,11 +63,11 @@ def slope_sums(
     way = row(columns, count)
 
     def of_block(block: _Block) -> list[Array]:
-        def tables(terms, weights):
+        def weigh(slopes: list[Array], weights) -> list[Array]:
             weight = way.lay(block.cut(weights))
-            return [weight * slope for slope in slopes(way.fields(terms))]
+            return [weight * slope for slope in slopes]
 
-        made = fenced(coefficients, tables, way.terms(coefficients, block.along_y), weights)
+        made = _slopes(way, coefficients, way.terms(coefficients, block.along_y), weigh, weights)
         return [block.over_rows(table, count) for table in made]
 
     by_fields = _total(of_block, rows, count)
@@ -86,7 +87,7 @@ def product_sums(
 
     def of_block(block: _Block) -> tuple[list[Array], list[Array], list[Array]]:
         terms = way.terms(coefficients, block.along_y[:count])
-        table = [way.flat(one) for one in fenced(coefficients, lambda terms: slopes(way.fields(terms)), terms)]
+        table = [way.flat(one) for one in _slopes(way, coefficients, terms, lambda slopes: slopes)]
         weight = jnp.ones_like(table[0]) if weights is None else block.cut(weights)
         factors = [weight, *(weight * slope for slope in table)]
         made = [factors[a] * table[b - 1] if b else weight for a, b in pairs_of(fields)]
@@ -106,6 +107,21 @@ def product_sums(
         _along_x(gradient, shape[1]) if gradient else zeros,
         _along_x(moments, shape[1]),
     )
+
+
+def _slopes(way: AbstractRow, coefficients: Array, terms: Array, use: Callable[..., list[Array]], *operands: Any):
+    """What is made of the image's slopes in all fields but the background, at the rows that the terms are of.
+
+    The phases' fractions are a computation of their own: else each slope's cosine or sine would have them anew.
+    """
+    pairs = (len(terms) - 1) // 2
+    fractions = fenced(coefficients, lambda terms: [fraction(way.field(one)) for one in terms], terms[1 + pairs :])
+
+    def tables(terms, fractions, *operands):
+        by_phase = [-2 * jnp.pi * size * sine(y) for size, y in zip(way.fields(terms), fractions, strict=True)]
+        return use([*map(cosine, fractions), *by_phase], *operands)
+
+    return fenced(coefficients, tables, terms[1 : 1 + pairs], fractions, *operands)
 
 
 def _along_x(over_rows: list[Array], columns: int) -> Float[Array, "tables degrees degrees"]:

@@ -34,16 +34,29 @@ def _as_float(phase) -> Array:
     return phase if jnp.issubdtype(phase.dtype, jnp.floating) else phase.astype(float)
 
 
+def fraction(phase: Array) -> Array:
+    """A phase in turns without its whole turns, in [-1/2, 1/2]."""
+    return phase - jnp.round(phase)  # exact: both lie within a factor of two of each other, or it is the phase
+
+
+def cosine(fraction: Array) -> Array:
+    """The cosine of a fraction of a turn, cos 2πy."""
+    return _horner(_COS[_table(fraction)], 8 * fraction * fraction - 1)
+
+
+def sine(fraction: Array) -> Array:
+    """The sine of a fraction of a turn, sin 2πy."""
+    return fraction * _horner(_SIN[_table(fraction)], 8 * fraction * fraction - 1)
+
+
 @jax.custom_jvp
 def _cos(phase: Array) -> Array:
-    y = phase - jnp.round(phase)  # exact: both lie within a factor of two of each other, or y is phase
-    return _horner(_COS[_table(phase)], 8 * y * y - 1)
+    return cosine(fraction(phase))
 
 
 @jax.custom_jvp
 def _sin(phase: Array) -> Array:
-    y = phase - jnp.round(phase)
-    return y * _horner(_SIN[_table(phase)], 8 * y * y - 1)
+    return sine(fraction(phase))
 
 
 @_cos.defjvp
