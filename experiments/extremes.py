@@ -25,6 +25,7 @@ import newtonjax as nj
 from newtonjax import chebyshev
 from newtonjax.aim import aim
 from newtonjax.fields import fields_at, intensity, opd_at
+from newtonjax.packed import OPTIONS
 from newtonjax.trace import gather
 
 TOLERANCE = 1e-3  # of the plan
@@ -32,7 +33,7 @@ GRADIENT = 1e-6  # of a slope, beside what rounding leaves of it
 WEIGHTS = np.array([4 / 5, -1 / 5, 4 / 105, -1 / 280])  # central differences of eighth order (Fornberg 1988)
 STEPS = 0.03 * 4.0 ** -np.arange(7)  # of the number's change that moves the phase by a turn
 LARGEST = 2**22  # pixels of an image that is computed as a whole
-QUICKLY = {"xla_backend_optimization_level": 0, "xla_cpu_use_fusion_emitters": False}
+QUICKLY = {"xla_backend_optimization_level": 0, **OPTIONS}
 _compiled = partial(jax.jit, static_argnames="view", compiler_options=QUICKLY)
 
 

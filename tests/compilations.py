@@ -5,11 +5,13 @@ from dataclasses import dataclass, field
 
 import jax
 
+from newtonjax.packed import OPTIONS
+
 # Recorded once a program, whether the compiler makes it or a persistent cache has it.
 _EVENT = "/jax/core/compile/backend_compile_duration"
 
 # For programs of which the numbers are tested and not the speed: a third of the time to compile, and of the memory.
-QUICKLY = {"xla_backend_optimization_level": 0, "xla_cpu_use_fusion_emitters": False}
+QUICKLY = {"xla_backend_optimization_level": 0, **OPTIONS}
 
 
 @dataclass
