@@ -19,7 +19,7 @@ test: lint
 
 # The quick form of every experiment, in one process.
 claims: $(READY)
-	JAX_COMPILATION_CACHE_DIR=$(CACHE) $(BIN)/python experiments/claims.py
+	JAX_COMPILATION_CACHE_DIR=$(CACHE) $(BIN)/python -m experiments.claims
 
 lint: $(READY)
 	$(BIN)/ruff check .
@@ -27,10 +27,10 @@ lint: $(READY)
 	$(BIN)/basedpyright --pythonpath $(BIN)/python
 
 # Every table and figure of experiments/results again; the paper's table last, from what the others left.
-EXPERIMENTS := answer_table accuracy scatter benches likelihood benchmark wavelets figure4 figure6 figure7 figure10 textbook methods planner derivatives parts pareto scaling extremes intervals refusals posterior design paper pictures
+EXPERIMENTS := truth.answer_table accuracy.accuracy truth.scatter accuracy.benches truth.likelihood speed.benchmark paper.wavelets paper.figure4 paper.figure6 paper.figure7 paper.figure10 paper.textbook speed.methods accuracy.planner speed.derivatives speed.parts speed.pareto speed.scaling accuracy.extremes truth.intervals truth.refusals truth.posterior truth.design paper.paper paper.pictures
 
 experiments: $(READY)
-	set -e; for claim in $(EXPERIMENTS); do echo "== $$claim"; $(BIN)/python experiments/$$claim.py; done
+	set -e; for claim in $(EXPERIMENTS); do echo "== $$claim"; $(BIN)/python -m experiments.$$claim; done
 
 $(READY): requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit("newtonjax needs Python 3.11 or later, and $(PYTHON) is " + sys.version.split()[0] + "; name another one: make PYTHON=python3.12 ...")'

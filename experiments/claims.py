@@ -1,6 +1,6 @@
 """The quick form of every claim, one after the other in one process: what `make claims` runs.
 
-    python experiments/claims.py [NAME ...]
+    python -m experiments.claims [NAME ...]
 
 A line a claim: its verdict, seconds and memory, and what it printed where it failed. What one claim compiled serves the
 next, and is dropped where the process has grown beyond `LARGEST`.
@@ -27,14 +27,14 @@ import memory  # noqa: E402 (of the tests)
 
 def quick_forms() -> list[str]:
     """Names of the scripts that have a quick form."""
-    scripts = {path.stem: path.read_text(encoding="utf-8") for path in sorted(FOLDER.glob("*.py"))}
-    return [name for name, text in scripts.items() if "[--quick]" in text and name != Path(__file__).stem]
+    scripts = {path.stem: path.read_text(encoding="utf-8") for path in sorted(FOLDER.glob("*/*.py"))}
+    return [name for name, text in scripts.items() if "[--quick]" in text]
 
 
 def run(name: str) -> str:
     """Run one quick form as its command would: what it printed if it failed, else nothing."""
     printed, arguments = io.StringIO(), sys.argv
-    sys.argv = [str(FOLDER / f"{name}.py"), "--quick"]
+    sys.argv = [str(next(FOLDER.glob(f"*/{name}.py"), name)), "--quick"]
     try:
         with redirect_stdout(printed), redirect_stderr(printed):
             runpy.run_path(sys.argv[0], run_name="__main__")

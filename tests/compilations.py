@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import jax
 
-from newtonjax.packed import OPTIONS
+from newtonjax.fields.packed import OPTIONS
 
 # Recorded once a program, whether the compiler makes it or a persistent cache has it.
 _EVENT = "/jax/core/compile/backend_compile_duration"

@@ -97,7 +97,7 @@ def _room_after_a_test():
 @pytest.fixture(autouse=True, scope="module")
 def _rays_of_this_process():
     """Take back what the command under test keeps: the program of the rays, loaded from its cache folder."""
-    from newtonjax import packed
+    from newtonjax.fields import packed
 
     own = packed.rays
     yield

@@ -1,6 +1,6 @@
 """What the tests of the command share."""
 
-from fitting.cli import main
+from fitting.shell.cli import main
 
 
 def refusal(capsys, *arguments, status: int = 2) -> str:

@@ -1,0 +1,1 @@
+"""Errors against exact rays, 50 digits, and what is predicted of them."""

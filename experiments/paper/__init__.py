@@ -1,0 +1,1 @@
+"""The paper's figures and numbers, and the README's pictures."""

@@ -1,0 +1,49 @@
+"""Claim: the pictures of the README are made by the code as it is.
+
+Writes docs/rings.png (both views of one lens, and a wedge) and docs/fit.png (the demo's picture of its fit).
+
+    python -m experiments.paper.pictures
+"""
+
+import tomllib
+from pathlib import Path
+
+import jax
+import numpy as np
+from matplotlib.figure import Figure
+
+import fitting
+import newtonjax as nj
+
+ROOT = Path(__file__).parents[2]
+
+
+def rings() -> Figure:
+    """Transmitted and reflected rings of a 2 m lens, and an air wedge, at 500 nm."""
+    camera = nj.Camera((600, 600), 8.5e-6)
+    scenes = {
+        "transmitted, R = 2 m": nj.newton_rings(2.0, 500e-9, view="transmitted"),
+        "reflected, R = 2 m": nj.newton_rings(2.0, 500e-9, view="reflected"),
+        "air wedge, 0.5 mrad": nj.air_wedge(0.5e-3, 500e-9, gap=2e-6),
+    }
+    figure = Figure(figsize=(9.6, 3.5), layout="constrained")
+    for axes, (title, scene) in zip(figure.subplots(1, 3), scenes.items(), strict=True):
+        image = np.asarray(nj.render(scene, camera))
+        drawn = axes.imshow(image, cmap="gray", extent=(-2.55, 2.55, 2.55, -2.55))
+        axes.set(title=title, xlabel="x [mm]")
+        figure.colorbar(drawn, ax=axes, shrink=0.75)
+    return figure
+
+
+def main() -> None:
+    """Draw both."""
+    jax.config.update("jax_enable_x64", True)
+    rings().savefig(ROOT / "docs" / "rings.png", dpi=90)
+    data = ROOT / "fitting" / "data"
+    sample = tomllib.loads((data / "sample.toml").read_text(encoding="utf-8"))
+    result = fitting.fit(data / "sample.png", **sample["given"])
+    fitting.result_figure(result).savefig(ROOT / "docs" / "fit.png", dpi=75)
+
+
+if __name__ == "__main__":
+    main()

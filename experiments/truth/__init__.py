@@ -1,0 +1,1 @@
+"""Whether answers are true: scatter, coverage, refusals, real photographs."""

@@ -1,0 +1,96 @@
+"""What a design is asked for: names, bounds, choices, values of the target, and what is known; checked."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fitting.designs.prospects import FIELD, Bench, Layout, Limits
+from fitting.parameters import Knob, chosen, deviation, knobs, require_held, still
+from fitting.studies import free_beside
+from newtonjax.scene import Camera, Scene, middle
+
+
+class Job:
+    """What is asked for, checked and by position."""
+
+    def __init__(self, scene, camera, vary, choose, target, free, known, over):
+        self.scene, self.camera, self.vary, self.choose, self.target = scene, camera, vary, choose, target
+        found = knobs(scene, camera)
+        self.names = (*vary, *choose)
+        may_vary = with_field(camera, found)
+        if not vary and not choose:
+            raise ValueError(f"nothing varies; allowed: {', '.join(may_vary)}")
+        if twice := (set(vary) & set(choose)) | ({target} & set(self.names)):
+            raise ValueError(f"{sorted(twice)[0]} cannot be varied here: it has another part already")
+        self.numbers = chosen(may_vary, self.names)
+        self.free = free_beside(target, free, found)
+        require_held(known, self.free)
+        held = tuple(known)
+        self.moved = chosen(found, (*self.free, *held))
+        given = [deviation(self.moved[name], sd) for name, sd in known.items()]
+        self.relative = tuple(share for share, _ in given)
+        self.deviations = tuple(sd for _, sd in given)
+        self.held = held
+        for name, (low, high) in vary.items():
+            if not -np.inf < low < high < np.inf:
+                raise ValueError(f"{name} varies from {low} to {high}; allowed: a low and a higher finite number")
+        for knob in self.numbers.values():
+            for value in (*vary.get(knob.name, ()), *choose.get(knob.name, ())):
+                if not np.isfinite(value):
+                    raise ValueError(f"{knob.name} is to be {value}; allowed: finite numbers")
+                if knob.positive and not value * knob.value > 0:
+                    side = "above" if knob.value > 0 else "below"
+                    raise ValueError(f"{knob.name} is to be {value}; allowed: {side} zero")
+        own = self.moved[target].value
+        if over is not None and self.moved[target].move is still:
+            raise ValueError(f"over: {target} is of the image alone, and is what it is; leave it out")
+        self.over = np.array([own] if over is None else over, dtype=float)
+        if self.over.ndim != 1 or not len(self.over) or not np.all(np.isfinite(self.over) & (self.over != 0)):
+            raise ValueError(f"over is {over!r}; allowed: values of the {target}, none of them 0")
+        self.before = np.array([knob.value for knob in self.numbers.values()])
+
+    def bench(self, limits: Limits) -> Bench:
+        moved = list(self.moved.values())
+        return Bench(
+            self.scene,
+            self.camera,
+            self.before,
+            np.array([knob.value for knob in moved]),
+            np.array([knob.scale for knob in moved]),
+            np.array(self.deviations, dtype=float),
+            limits,
+        )
+
+    def layout(self, nodes: int, samples: int, shifts: int = 1) -> Layout:
+        varied = tuple((knob.name, knob.move) for knob in self.numbers.values())
+        moves = tuple((knob.name, knob.move) for knob in self.moved.values())
+        return Layout(varied, moves, len(self.free), tuple(self.relative), nodes, samples, shifts)
+
+    def made(self, design: np.ndarray, target: float) -> tuple[Scene, Camera]:
+        """The bench of a design, its camera cropped to the field."""
+        scene, camera = self.scene, self.camera
+        for varied, value in zip(self.numbers.values(), design, strict=True):
+            scene, camera = varied.move(scene, camera, value - varied.value)
+        knob: Knob = self.moved[self.target]
+        scene, camera = knob.move(scene, camera, target - knob.value)
+        camera = replace(camera, pixel_size=float(camera.pixel_size), exposure=float(camera.exposure))
+        if FIELD not in self.names:
+            return scene, camera
+        share = design[self.names.index(FIELD)] / (min(self.camera.shape) * float(camera.pixel_size))
+        rows, columns = (min(max(round(n * share), 2), n) for n in self.camera.shape)
+        centre = camera.centre_px
+        if centre is not None:
+            centre = np.asarray(centre) - np.array(middle(camera.shape)) + np.array(middle((rows, columns)))
+        return scene, replace(camera, shape=(rows, columns), centre_px=centre)
+
+
+def with_field(camera: Camera, found: dict[str, Knob]) -> dict[str, Knob]:
+    """What may vary: the field, which is no number of scene or camera, before those that are.
+
+    What is of the image alone cannot be designed.
+    """
+    field = min(camera.shape) * float(camera.pixel_size)
+    return {
+        FIELD: Knob(FIELD, field, "m", field, still, True),
+        **{k: v for k, v in found.items() if v.move is not still},
+    }

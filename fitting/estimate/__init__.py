@@ -1,0 +1,5 @@
+"""Least squares on block means: sums, illumination, outliers."""
+
+from newtonjax.doors import door
+
+__getattr__, __dir__, __all__ = door(__name__)

@@ -1,0 +1,119 @@
+"""The models of `phase` as the solver takes them: on the nodes of one grid."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field, replace
+
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.estimate.elimination import Fields
+from fitting.estimate.fringe_sums import PhaseAt, table_of
+from fitting.model import NUMBERS, Frame, GapModel, SceneModel, as_arrays, gap_phase, localize
+from fitting.photo import NODES, Grid
+
+_CONTACT = NUMBERS.index("contact")
+# A tangent of a bench's phase holds to a millionth of a turn within a thousandth of one.
+_STRAIGHT = 1e-3
+
+
+def frame_on(grid: Grid, numbers: np.ndarray | None = None) -> Frame:
+    """The nodes of a grid's box; positions are counted from the middle of its frame, in half diagonals.
+
+    `numbers`: of r² fringes whose contrast the grid's blocks lower.
+    """
+    half_y, half_x = ((n - 1) / 2 for n in grid.shape)
+    frame = Frame(*grid.nodes, (half_x, half_y), float(np.hypot(half_x, half_y)), float(grid.block))
+    return frame if numbers is None or grid.block == 1 else frame._replace(contrast=_block_contrast(frame, numbers))
+
+
+def _block_contrast(frame: Frame, numbers: np.ndarray) -> np.ndarray:
+    """What means over blocks leave of the contrast of r² fringes at the nodes: sin(π b f) / (b sin π f) a side.
+
+    f is the fringes' frequency along the side [cycles per pixel].
+    """
+    k, left = numbers[0] / frame.unit**2, np.ones(len(frame.x))
+    for at, middle, offset in zip((frame.x, frame.y), frame.middle, numbers[1:3], strict=True):
+        turn = np.pi * np.clip(2 * k * (at - middle - offset * frame.unit), -0.45 / frame.block, 0.45 / frame.block)
+        left *= np.sinc(frame.block * turn / np.pi) / np.sinc(turn / np.pi)
+    return left
+
+
+class AbstractFringes(ABC):
+    """A model of the phase on the grid that it was made for."""
+
+    @abstractmethod
+    def fields(self, numbers: np.ndarray) -> Fields:
+        """Phase, contrast and derivatives at the grid's nodes."""
+
+    @abstractmethod
+    def edges(self, numbers: np.ndarray) -> PhaseAt | None:
+        """The phase of rows of blocks, where the nodes do not resolve it; None where they do."""
+
+
+def fringes_of(model: GapModel | SceneModel) -> AbstractFringes:
+    """A model for the solver."""
+    return GapFringes(model) if isinstance(model, GapModel) else BenchFringes(model)
+
+
+def moved_to(model: GapModel | SceneModel, grid: Grid, numbers: np.ndarray | None = None) -> GapModel | SceneModel:
+    """The same model on the nodes of another grid; `numbers` as in `frame_on`."""
+    return replace(model, frame=frame_on(grid, numbers))
+
+
+@dataclass(frozen=True)
+class GapFringes(AbstractFringes):
+    """The gap formula at the nodes of its frame."""
+
+    model: GapModel
+
+    def fields(self, numbers: np.ndarray) -> Fields:
+        frame = self.model.frame
+        phase, slopes = gap_phase.phase_and_slopes(self.model, frame.x, frame.y, numbers)
+        slopes = np.stack(slopes, axis=1)
+        slopes[:, 0] += self._shift
+        return Fields(phase + self._shift * numbers[0], slopes, frame.contrast)
+
+    def edges(self, numbers: np.ndarray) -> PhaseAt | None:
+        disc = numbers[_CONTACT] * self.model.frame.unit**2
+        if not disc > 0:
+            return None
+        # Only the contact's own share has an edge, in r²: the nodes resolve both, and the rest of the phase.
+        frame, k = self.model.frame, numbers[0] / self.model.frame.unit**2
+        touching = np.where(np.arange(len(NUMBERS)) == _CONTACT, 0.0, numbers)
+        rest = table_of(gap_phase.phase(self.model, frame.x, frame.y, touching) + self._shift * numbers[0])
+        square = table_of(gap_phase.squared_distance(self.model, frame.x, frame.y, numbers))
+
+        def turns(grid: Grid, rows: slice) -> np.ndarray:
+            along_y, along_x = grid.along_y[rows, :NODES], grid.along_x[:, :NODES].T
+            return along_y @ rest @ along_x + k * gap_phase.flattened(along_y @ square @ along_x, disc)
+
+        return turns
+
+    def slopes_at(self, x: np.ndarray, y: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Phase of blocks [turns] and its derivatives by each number at any position [px]."""
+        phase, slopes = gap_phase.phase_and_slopes(self.model, x, y, numbers)
+        slopes[0] = slopes[0] + self._shift
+        return phase + self._shift * numbers[0], slopes
+
+    @property
+    def _shift(self) -> float:
+        return (self.model.frame.block**2 - 1) / (6 * self.model.frame.unit**2)
+
+
+@dataclass(frozen=True)
+class BenchFringes(AbstractFringes):
+    """A traced bench at the nodes of its frame, traced anew where the phase has moved by more than a tangent holds."""
+
+    model: SceneModel
+    traced: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = field(default_factory=list, compare=False, repr=False)
+
+    def fields(self, numbers: np.ndarray) -> Fields:
+        if not self.traced or np.abs(self.traced[0][2][0] @ (numbers - self.traced[0][0])).max() > _STRAIGHT:
+            local = localize(as_arrays(self.model), jnp.asarray(numbers))
+            self.traced[:] = [(np.array(numbers), np.asarray(local.value), np.asarray(local.slope))]
+        at, value, slope = self.traced[0]
+        value = value + slope @ (numbers - at)
+        return Fields(value[0], slope[0], value[1], slope[1])
+
+    def edges(self, numbers: np.ndarray) -> PhaseAt | None:  # noqa: ARG002  # a bench has no contact
+        return None

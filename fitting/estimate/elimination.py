@@ -1,0 +1,247 @@
+"""Chi-squared of fringes on moments with background and contrast eliminated (variable projection).
+
+Golub and Pereyra 1973: for given numbers of the phase the best background and contrast are a linear solution, so that
+a step moves four to nine numbers only. The phase is exact: its difference from the moments' reference goes through a
+cosine and a sine at the nodes, not through a tangent.
+"""
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float64
+from numpy.polynomial.chebyshev import chebvander
+
+from fitting.estimate.fringe_sums import Image, Sums
+from fitting.model import BACKGROUND, ENVELOPE, degrees, node_grid
+from newtonjax.numerics import chebyshev
+
+# Degree of the contrast, at most.
+CONTRAST = 4
+# Directions of the background that hold less than this share of the largest eigenvalue are rounding, not data.
+_RANK = 1e-12
+
+
+class Fields(NamedTuple):
+    """A model at the nodes: phase [turns], relative contrast (None: 1), and derivatives by its numbers.
+
+    `slopes` [nodes, free]; `contrast_slopes` the same, None where the contrast has none.
+    """
+
+    phase: Float64[np.ndarray, " nodes"]
+    slopes: Float64[np.ndarray, "nodes free"]
+    contrast: Float64[np.ndarray, " nodes"] | None = None
+    contrast_slopes: Float64[np.ndarray, "nodes free"] | None = None
+
+
+class Normal(NamedTuple):
+    """Normal equations Σ w (…): of the envelope's coefficients, the background's, and both crossed.
+
+    Envelope: coefficients of T cos 2πφ0, then of -T sin 2πφ0, T up to total degree 16; background up to 6.
+    """
+
+    fringes: Float64[np.ndarray, "envelope envelope"]
+    smooth: Float64[np.ndarray, "low low"]
+    crossed: Float64[np.ndarray, "low envelope"]
+    of_fringes: Float64[np.ndarray, " envelope"]
+    of_smooth: Float64[np.ndarray, " low"]
+    square: float
+    reference: Float64[np.ndarray, " nodes"]
+
+
+class Eliminated(NamedTuple):
+    """Normal equations of the envelope when a background of some degree takes what it can.
+
+    `square`: what is left of Σ w d² without fringes; `low`: number of the background's coefficients.
+    """
+
+    normal: Normal
+    fringes: Float64[np.ndarray, "envelope envelope"]
+    of_fringes: Float64[np.ndarray, " envelope"]
+    square: float
+    low: int
+    inverse: Float64[np.ndarray, "low low"]
+
+
+class Point(NamedTuple):
+    """Chi-squared at given numbers, with its gradient and normal matrix [free] (background and contrast eliminated).
+
+    - `contrast`: coefficients by `degrees(CONTRAST)`; `modulus` at the nodes.
+    - `columns` [envelope, polynomials], `tails` [envelope, free]: how the image changes with them.
+    """
+
+    chi2: float
+    gradient: Float64[np.ndarray, " free"]
+    matrix: Float64[np.ndarray, "free free"]
+    contrast: Float64[np.ndarray, " polynomials"]
+    modulus: Float64[np.ndarray, " nodes"]
+    columns: Float64[np.ndarray, "envelope polynomials"]
+    tails: Float64[np.ndarray, "envelope free"]
+
+
+def coefficients_of(degree: int, most: int) -> int:
+    """How many polynomials there are up to a total degree; the lowest come first."""
+    return int((degrees(most).sum(axis=1) <= degree).sum())
+
+
+@cache
+def contrast_at_nodes() -> np.ndarray:
+    """The polynomials of the contrast, lowest degree first, at the envelope's nodes [nodes, polynomials]."""
+    x, y = node_grid(ENVELOPE + 1)
+    order = degrees(CONTRAST)
+    return chebvander(y, CONTRAST)[:, order[:, 0]] * chebvander(x, CONTRAST)[:, order[:, 1]]
+
+
+def _to_envelope(fields: np.ndarray) -> np.ndarray:
+    """Coefficients up to total degree 16 of fields at the nodes [nodes, n]: [coefficients, n]."""
+    nodes, high = ENVELOPE + 1, degrees(ENVELOPE)
+    matrix = _analysis()
+    # One axis after the other: a single product with both would take five times as many operations.
+    half = (matrix @ fields.reshape(nodes, -1)).reshape(nodes, nodes, -1)
+    return (matrix @ half)[high[:, 0], high[:, 1]]
+
+
+@cache
+def _analysis() -> np.ndarray:
+    return chebyshev.analysis(ENVELOPE + 1)
+
+
+@cache
+def _pairs(left: int, right: int) -> np.ndarray:
+    """Where in a flat table the four sums T_a T_b = (T_{a+b} + T_{|a-b|}) / 2 lie, for both axes [4, left, right]."""
+    (jl, il), (jr, ir) = degrees(left).T[:, :, None], degrees(right).T[:, None, :]
+    width = 2 * ENVELOPE + 1
+    return np.stack([j * width + i for j in (jl + jr, abs(jl - jr)) for i in (il + ir, abs(il - ir))])
+
+
+def _gram(table: np.ndarray, left: int, right: int) -> np.ndarray:
+    flat = table.ravel()
+    at = _pairs(left, right)
+    return (flat[at[0]] + flat[at[1]] + flat[at[2]] + flat[at[3]]) / 4
+
+
+def normal_equations(sums: Sums) -> Normal:
+    """Normal equations of an image's coefficients, from its moments."""
+    w, wc, ws, wc2, ws2, wd, wdc, wds = sums.table
+    low, high = degrees(BACKGROUND).T, degrees(ENVELOPE).T
+    flat, even, odd = (_gram(table, ENVELOPE, ENVELOPE) for table in (w, wc2, ws2))
+    count = len(flat)
+    fringes = np.empty((2 * count, 2 * count))
+    fringes[:count, :count], fringes[count:, count:] = (flat + even) / 2, (flat - even) / 2
+    fringes[:count, count:] = fringes[count:, :count] = -odd / 2
+    return Normal(
+        fringes,
+        _gram(w, BACKGROUND, BACKGROUND),
+        np.concatenate([_gram(wc, BACKGROUND, ENVELOPE), -_gram(ws, BACKGROUND, ENVELOPE)], axis=1),
+        np.concatenate([wdc[tuple(high)], -wds[tuple(high)]]),
+        wd[tuple(low)],
+        sums.square,
+        sums.reference,
+    )
+
+
+def eliminate(normal: Normal, degree: int) -> Eliminated:
+    """Take a background of a degree out of the normal equations."""
+    low = coefficients_of(degree, BACKGROUND)
+    inverse = pseudo_inverse(normal.smooth[:low, :low], _RANK)
+    crossed, target = normal.crossed[:low], normal.of_smooth[:low]
+    share = inverse @ crossed
+    return Eliminated(
+        normal,
+        normal.fringes - crossed.T @ share,
+        normal.of_fringes - share.T @ target,
+        normal.square - float(target @ inverse @ target),
+        low,
+        inverse,
+    )
+
+
+def pseudo_inverse(matrix: np.ndarray, rank: float) -> np.ndarray:
+    """Inverse of a normal matrix, without directions that hold less than a share `rank` of the largest eigenvalue."""
+    size = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    size = np.where(size > 0, size, 1.0)
+    scaled = matrix / np.outer(size, size)
+    if not np.isfinite(scaled).all():
+        return np.full_like(matrix, np.nan)
+    value, vector = np.linalg.eigh(scaled)
+    good = value > rank * value[-1]
+    vector = vector[:, good] / size[:, None]
+    return (vector / value[good]) @ vector.T
+
+
+def _inverse(matrix: np.ndarray) -> np.ndarray:
+    """As `pseudo_inverse`, and quicker where the matrix is well determined."""
+    try:
+        lower = np.linalg.cholesky(matrix)
+    except np.linalg.LinAlgError:
+        return pseudo_inverse(matrix, _RANK)
+    pivots = np.diag(lower) ** 2
+    if not pivots.min() > 1e-8 * pivots.max():
+        return pseudo_inverse(matrix, _RANK)
+    inverse = np.linalg.inv(lower)
+    return inverse.T @ inverse
+
+
+def evaluate(rest: Eliminated, fields: Fields, degree: int) -> Point:
+    """Chi-squared and its derivatives at a model's fields, for the best background and contrast (of a degree)."""
+    shapes = contrast_at_nodes()[:, : coefficients_of(degree, CONTRAST)]
+    if fields.contrast is not None:
+        shapes = shapes * fields.contrast[:, None]
+    away = 2 * np.pi * (fields.phase - rest.normal.reference)
+    cosine, sine = np.cos(away), np.sin(away)
+    columns = _both(shapes * cosine[:, None], shapes * sine[:, None])
+    changed = rest.fringes @ columns
+    target = columns.T @ rest.of_fringes
+    inner = _inverse(columns.T @ changed)
+    best = inner @ target
+    modulus = shapes @ best
+    tails = bent(modulus, fields.phase - rest.normal.reference, fields.slopes)
+    if fields.contrast_slopes is not None:
+        grown = (contrast_at_nodes()[:, : len(best)] @ best)[:, None] * fields.contrast_slopes
+        tails = tails + _both(grown * cosine[:, None], grown * sine[:, None])
+    left = rest.of_fringes - changed @ best
+    crossed = changed.T @ tails
+    return Point(
+        rest.square - float(best @ target),
+        tails.T @ left,
+        tails.T @ (rest.fringes @ tails) - crossed.T @ (inner @ crossed),
+        best,
+        modulus,
+        columns,
+        tails,
+    )
+
+
+def bent(modulus: np.ndarray, away: np.ndarray, bends: np.ndarray) -> np.ndarray:
+    """How an image's coefficients change with bends of its phase [turns, nodes x any], `away` from the reference."""
+    swing = 2 * np.pi * modulus[:, None] * bends
+    cosine, sine = np.cos(2 * np.pi * away), np.sin(2 * np.pi * away)
+    return _both(-swing * sine[:, None], swing * cosine[:, None])
+
+
+def tilted(shapes: np.ndarray, away: np.ndarray) -> np.ndarray:
+    """Coefficients of contrasts [nodes, any] whose phase is `away` from the reference [turns]."""
+    cosine, sine = np.cos(2 * np.pi * away), np.sin(2 * np.pi * away)
+    return _both(shapes * cosine[:, None], shapes * sine[:, None])
+
+
+def _both(even: np.ndarray, odd: np.ndarray) -> np.ndarray:
+    both = _to_envelope(np.concatenate([even, odd], axis=1))
+    return np.concatenate([both[:, : even.shape[1]], both[:, even.shape[1] :]])
+
+
+def background_of(rest: Eliminated, point: Point) -> np.ndarray:
+    """The best background's coefficients by `degrees(BACKGROUND)`, zeros where the degree is lower."""
+    crossed = rest.normal.crossed[: rest.low] @ (point.columns @ point.contrast)
+    found = np.zeros(len(rest.normal.of_smooth))
+    found[: rest.low] = rest.inverse @ (rest.normal.of_smooth[: rest.low] - crossed)
+    return found
+
+
+def image_of(background: np.ndarray, modulus: np.ndarray) -> Image:
+    """Tables of an image's coefficients, from its background's and the contrast at the nodes."""
+    low = degrees(BACKGROUND)
+    table = np.zeros((BACKGROUND + 1,) * 2)
+    table[tuple(low.T)] = background
+    matrix = _analysis()
+    return Image(table, matrix @ modulus.reshape(ENVELOPE + 1, -1) @ matrix.T)

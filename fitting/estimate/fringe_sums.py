@@ -1,0 +1,176 @@
+"""One pass over a reduced photograph: its fringe moments, and its residuals from a fit with Tukey's weights.
+
+The phase is reduced to one turn in float64; cosines, products and matrix products are float32; what is added up over
+rows is float64. That leaves 1e-7 of the sums. Background, contrast and phase come as tables of Chebyshev coefficients
+over the grid's box.
+"""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Float64
+
+from fitting.photo import DEGREES, NODES, Grid, Reduced
+from newtonjax.numerics import chebyshev
+
+_CHUNK = 64
+# Blocks from which on two threads share a pass; below, handing out costs as much as it gains.
+_SHARED = 500_000
+# Tukey's biweights end at so many standard deviations.
+TUKEY = 6.0
+
+
+class Sums(NamedTuple):
+    """Sums over blocks about a reference phase.
+
+    - `table` [8, 33, 33]: Σ q T_j(y) T_i(x) for q = w, w cos, w sin, w cos2, w sin2, w d, w d cos, w d sin.
+    - `square`: Σ w d²; `reference` [nodes]: the phase at the grid's nodes [turns].
+    """
+
+    table: Float64[np.ndarray, "8 33 33"]
+    square: float
+    reference: Float64[np.ndarray, " nodes"]
+
+
+class Image(NamedTuple):
+    """A fitted image: background (degree 6) and contrast (degree 16), tables [in y, in x]."""
+
+    background: Float64[np.ndarray, "low low"]
+    contrast: Float64[np.ndarray, "high high"]
+
+
+class Residuals(NamedTuple):
+    """Light less fit of every block, the weights it gives them, and the sine of the phase; Σ w r²."""
+
+    value: Float[np.ndarray, "rows columns"]
+    weights: Float[np.ndarray, "rows columns"]
+    sine: Float[np.ndarray, "rows columns"]
+    square: float
+
+
+# The phase [turns] of rows of a grid's blocks.
+PhaseAt = Callable[[Grid, slice], np.ndarray]
+
+
+def table_of(values: Float64[np.ndarray, " nodes"]) -> Float64[np.ndarray, "17 17"]:
+    """Chebyshev coefficients [in y, in x] of a field given at the nodes."""
+    matrix = _analysis()
+    return matrix @ values.reshape(NODES, NODES) @ matrix.T
+
+
+@cache
+def _analysis() -> np.ndarray:
+    return chebyshev.analysis(NODES)
+
+
+def sums(reduced: Reduced, reference: Float64[np.ndarray, " nodes"], phase_at: PhaseAt | None = None) -> Sums:
+    """Moments of a reduced photograph with its own weights about a phase given at the nodes [turns].
+
+    `phase_at`: the same phase of rows of blocks, where the nodes do not resolve it.
+    """
+    return _Pass(reduced, reference, phase_at).sums()
+
+
+def residuals(
+    reduced: Reduced,
+    reference: Float64[np.ndarray, " nodes"],
+    image: Image,
+    scale: float | None = None,
+    phase_at: PhaseAt | None = None,
+) -> Residuals:
+    """What a fit leaves over, without moments; `scale`: standard deviation for Tukey's weights, none without."""
+    work = _Pass(reduced, reference, phase_at, image, scale, wanted=False)
+    work.sums()
+    return work.residuals()
+
+
+def fused(
+    reduced: Reduced,
+    reference: Float64[np.ndarray, " nodes"],
+    image: Image,
+    scale: float | None,
+    phase_at: PhaseAt | None = None,
+) -> tuple[Sums, Residuals]:
+    """Both in one pass: residuals of a fit whose phase is the reference, and moments with Tukey's weights of them."""
+    work = _Pass(reduced, reference, phase_at, image, scale)
+    return work.sums(), work.residuals()
+
+
+class _Pass:
+    """What the chunks of one pass share."""
+
+    def __init__(self, reduced: Reduced, reference, phase_at, image=None, scale=None, wanted: bool = True):
+        grid, dtype = reduced.grid, reduced.light.dtype
+        self.reduced, self.phase_at, self.image, self.scale, self.wanted = reduced, phase_at, image, scale, wanted
+        self.reference, self.left = reference, 0.0
+        self.along_x = grid.along_x.astype(dtype)
+        self.phase_rows = grid.along_y[:, :NODES] @ table_of(reference)
+        self.phase_columns = np.ascontiguousarray(grid.along_x[:, :NODES].T)
+        self.out = np.empty((3 if image is not None else 0, *reduced.light.shape), dtype)
+        if image is not None:
+            low = len(image.background)
+            self.smooth = (grid.along_y[:, :low] @ image.background).astype(dtype)
+            self.swing = (grid.along_y[:, :NODES] @ image.contrast).astype(dtype)
+            self.low, self.high = (np.ascontiguousarray(self.along_x[:, :n].T) for n in (low, NODES))
+
+    def turns(self, rows: slice) -> np.ndarray:
+        grid = self.reduced.grid
+        if self.phase_at is not None:
+            return self.phase_at(grid, rows)
+        return self.phase_rows[rows] @ self.phase_columns
+
+    def sums(self) -> Sums:
+        starts = range(0, len(self.reduced.light), _CHUNK)
+        # Blocks beyond a chunk's reach are shared out; the sums are added up in order, whoever made them.
+        parts = _pool().map(self.chunk, starts) if self.reduced.light.size > _SHARED else map(self.chunk, starts)
+        table, square, self.left = np.zeros((8, DEGREES, DEGREES)), 0.0, 0.0
+        for part in parts:
+            table, square, self.left = table + part[0], square + part[1], self.left + part[2]
+        table[3], table[4] = 2 * table[3] - table[0], 2 * table[4]
+        return Sums(table, square, self.reference)
+
+    def residuals(self) -> Residuals:
+        value, weights, sine = self.out
+        return Residuals(value, weights, sine, self.left)
+
+    def chunk(self, first: int):
+        """Sums of one chunk of rows: the table, Σ w d², Σ w r²."""
+        rows = slice(first, min(first + _CHUNK, len(self.reduced.light)))
+        light, weights = self.reduced.light[rows], self.reduced.weights[rows]
+        turns = self.turns(rows)
+        turns -= np.floor(turns)
+        angle = (2 * np.pi * turns).astype(light.dtype)
+        cosine, sine = np.cos(angle), np.sin(angle)
+        left = 0.0
+        if self.image is not None:
+            residual = light - self.smooth[rows] @ self.low - (self.swing[rows] @ self.high) * cosine
+            if self.scale:
+                share = residual * light.dtype.type(1 / (TUKEY * self.scale))
+                share = np.maximum(1 - share * share, light.dtype.type(0))
+                weights = weights * share * share
+            for table, value in zip(self.out, (residual, weights, sine), strict=True):
+                table[rows] = value
+            left = _dot(weights * residual, residual)
+        if not self.wanted:
+            return 0.0, 0.0, left
+        weighted = weights * light
+        even, odd = weights * cosine, weights * sine
+        products = np.stack(
+            [weights, even, odd, even * cosine, even * sine, weighted, weighted * cosine, weighted * sine]
+        )
+        across = (products.reshape(-1, light.shape[1]) @ self.along_x).reshape(8, -1, DEGREES)
+        table = self.reduced.grid.along_y[rows].T @ across.astype(float)
+        return table, _dot(weighted, light), left
+
+
+def _dot(one: np.ndarray, other: np.ndarray) -> float:
+    """A sum of products: along rows as they are, over rows in float64."""
+    return float(np.einsum("ij,ij->i", one, other).sum(dtype=float))
+
+
+@cache
+def _pool() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(2, thread_name_prefix="fringe-sums")

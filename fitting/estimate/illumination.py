@@ -1,0 +1,249 @@
+"""Least squares on one photograph: the illumination that it calls for, and its outliers."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from fitting.estimate import edges, robust
+from fitting.estimate.block_phases import fringes_of
+from fitting.estimate.correlated_errors import fringe_correlation
+from fitting.estimate.elimination import CONTRAST, contrast_at_nodes, eliminate, normal_equations
+from fitting.estimate.fringe_sums import Residuals, sums, table_of
+from fitting.estimate.optimum import NormalMatrix, choose_degrees, normal_matrix
+from fitting.estimate.solver import Problem, Solution, solve, stay
+from fitting.model import BACKGROUND, NUMBERS, GapModel, SceneModel, held_numbers
+from fitting.photo import Grid, Reduced, median, thin
+
+# Share of blocks beyond four standard deviations from which on they are outliers (a normal distribution: 6e-5), and
+# how many times the variance that their median tells residuals may have without any.
+_OUTLIERS, _HEAVY = 1e-3, 2.0
+# What rounding leaves of the light's sum of squares, in squares of its type's precision.
+_ROUNDED = 1e6
+# With fewer fringes than this a background of high degree imitates them; then these degrees of background and contrast.
+FEW = 4.0
+_SHAPES = ((0, 0), (1, 1), (2, 2))
+# Blocks to a side at which a phase is looked at to count fringes.
+_SAMPLES = 65
+# How often moments are taken anew in one solve, at most.
+ROUNDS = 15
+# A step that promises a smaller drop of chi-squared [variances] is the last one before degrees or weights are known.
+_LOOSE = 1e-2
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A finished least-squares fit and what it was made of.
+
+    - `reduced`: the photograph in blocks; `left`: what the fit leaves over, with the weights it was made with.
+    - `scale`: standard deviation that Tukey's weights go by; None where all blocks count alike.
+    - `fixed`: what the user held, by name; `parts`: of the model's parts those that are there.
+    - `matrix`: the normal matrix of all unknowns.
+    """
+
+    model: GapModel | SceneModel
+    reduced: Reduced
+    solution: Solution
+    left: Residuals
+    scale: float | None
+    fixed: dict
+    parts: tuple[str, ...]
+    matrix: NormalMatrix
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """The model's, in the order of `model.NUMBERS`."""
+        return self.solution.numbers
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Degrees of background and contrast."""
+        return self.solution.problem.degrees
+
+    @property
+    def converged(self) -> bool:
+        return self.solution.converged
+
+    @property
+    def chi2(self) -> float:
+        """Σ w (light - fit)²."""
+        return self.left.square
+
+    @cached_property
+    def weight(self) -> float:
+        """Sum of the weights."""
+        return float(self.left.weights.sum(dtype=float))
+
+    @cached_property
+    def correlation(self) -> float:
+        """By how much errors that neighbours share raise the variance of what the fringes measure."""
+        return fringe_correlation(self.reduced.grid, self.left)
+
+    @cached_property
+    def variance(self) -> float:
+        """Weighted sum of squares about the best background without fringes, of a degree that does not imitate them."""
+        return eliminate(self.solution.normal, _SHAPES[-1][0] if self.orders < FEW else BACKGROUND).square
+
+    @property
+    def explained(self) -> float:
+        """Share of that variance that the fringes explain."""
+        return 1 - self.chi2 / self.variance if self.variance > 0 else 0.0
+
+    @cached_property
+    def orders(self) -> float:
+        """Fringes across the used part of the image."""
+        return fringes_seen(self.reduced.grid, self.solution.fields.phase, self.reduced.used)
+
+    @cached_property
+    def phase(self) -> np.ndarray:
+        """The rings' phase at every block [turns]."""
+        at = self.solution.problem.phase.edges(self.numbers)
+        grid = self.reduced.grid
+        return at_blocks(grid, self.solution.fields.phase) if at is None else at(grid, slice(None))
+
+
+def at_blocks(grid: Grid, nodes: np.ndarray) -> np.ndarray:
+    """A field given at the nodes, at every block [rows, columns]."""
+    return grid.along_y[:, :17] @ table_of(nodes) @ grid.along_x[:, :17].T
+
+
+def fringes_seen(grid: Grid, phase: np.ndarray, used: np.ndarray) -> float:
+    """Fringes across the used blocks, from the phase at the nodes [turns]."""
+    rows, columns = (np.linspace(0, n - 1, min(n, _SAMPLES)).round().astype(int) for n in used.shape)
+    turns = grid.along_y[rows, :17] @ table_of(phase) @ grid.along_x[columns, :17].T
+    seen = turns[used[np.ix_(rows, columns)]]
+    return float(np.ptp(seen)) if seen.size else 0.0
+
+
+def finest(found: Fitted) -> float:
+    """Largest frequency of the fringes where they are used [cycles per pixel]."""
+    used = found.reduced.used
+    slopes = [
+        np.gradient(found.phase, at, axis=axis) for axis, at in enumerate((found.reduced.grid.y, found.reduced.grid.x))
+    ]
+    return float(np.percentile(np.hypot(*slopes)[used], 99.9))
+
+
+def problem_of(
+    model: GapModel | SceneModel, fixed: dict, parts: tuple[str, ...], degrees: tuple[int, int] = (BACKGROUND, CONTRAST)
+) -> Problem:
+    """What the solver is asked, for what the user holds and the parts that are there."""
+    held = held_numbers(fixed, parts)
+    return Problem(fringes_of(model), tuple(name for k, name in enumerate(NUMBERS) if k not in held), degrees)
+
+
+def robust_fit(
+    model: GapModel | SceneModel, reduced: Reduced, starts: list[np.ndarray], fixed: dict, parts: tuple[str, ...] = ()
+) -> Fitted:
+    """Fit, and where blocks lie far off the fit, weight them down by Tukey's biweight, up to its fixed point.
+
+    Dark fringes are those of a positive contrast: where it came out negative and the phase is free, half a turn puts it
+    right.
+    """
+    solution = _illuminated(model, reduced, starts, fixed, parts)
+    if float(solution.point.modulus.mean()) < 0 and "phase" in solution.problem.free:
+        turned = solution.numbers.copy()
+        turned[3] += 0.5
+        solution = _illuminated(model, reduced, [turned], fixed, parts)
+    left, scale = robust.residuals_of(solution, reduced, None), None
+    spread = robust.spread_of(left, reduced.used)
+    if not is_clean(left, reduced, spread):
+        weighted = replace(reduced, weights=tukey(left.value, reduced, spread))
+        start = _illuminated(model, weighted, [solution.numbers], fixed, parts)
+        settled = robust.settle(start.problem, reduced, start, spread)
+        # What a bad first fit took for outliers may be none.
+        if is_clean(settled.left, reduced, settled.scale):
+            solution = _illuminated(model, reduced, [settled.solution.numbers], fixed, parts)
+        else:
+            solution, left, scale = settled
+    if scale is None:
+        solution = solve(solution.problem, reduced, solution.numbers, first=solution.normal)
+        left = robust.residuals_of(solution, reduced, None)
+    return Fitted(model, reduced, solution, left, scale, fixed, parts, normal_matrix(solution))
+
+
+def sharpened(found: Fitted) -> Fitted:
+    """The fit with its last steps made on the blocks themselves, where its phase has an edge."""
+    solution, reduced = found.solution, found.reduced
+    problem = solution.problem
+    if problem.phase.edges(found.numbers) is None:
+        return found
+    contrast = np.zeros(contrast_at_nodes().shape[1])
+    contrast[: len(solution.point.contrast)] = solution.point.contrast
+    last = edges.refine(problem, reduced, found.numbers, solution.background, contrast, found.scale or 0.0)
+    weighted, at = replace(reduced, weights=found.left.weights), problem.phase.edges(last.numbers)
+    normal = normal_equations(sums(weighted, problem.phase.fields(last.numbers).phase, at))
+    solution = stay(problem, normal, last.numbers, solution.converged)
+    left = robust.residuals_of(solution, reduced, found.scale)
+    return replace(found, solution=solution, left=left, matrix=last.matrix)
+
+
+def is_clean(left: Residuals, reduced: Reduced, spread: float) -> bool:
+    """Whether residuals hold no outliers: none beyond a normal distribution's, or rounding alone."""
+    light = float((reduced.weights * reduced.light**2).sum(dtype=float))
+    if left.square < _ROUNDED * np.finfo(reduced.light.dtype).eps ** 2 * light:
+        return True
+    sample = thin(reduced.used)
+    away = np.abs(left.value[sample][reduced.used[sample]])
+    square = float((reduced.weights * left.value**2).sum(dtype=float) / reduced.weights.sum(dtype=float))
+    return bool(np.mean(away > 4 * spread) < _OUTLIERS and square < _HEAVY * spread**2)
+
+
+def tukey(residual: np.ndarray, reduced: Reduced, spread: float | None = None) -> np.ndarray:
+    """The blocks' weights times Tukey's biweights, which end at six standard deviations as the median tells them."""
+    if spread is None:
+        sample = thin(reduced.used)
+        spread = 1.4826 * median(np.abs(residual[sample][reduced.used[sample]]))
+    if not spread:
+        return reduced.weights
+    share = np.clip(1 - (residual / np.float32(6 * spread)) ** 2, 0, None)
+    return (reduced.weights * share**2).astype(reduced.weights.dtype)
+
+
+def _illuminated(
+    model: GapModel | SceneModel, reduced: Reduced, starts: list[np.ndarray], fixed: dict, parts: tuple[str, ...]
+) -> Solution:
+    """The optimum with the illumination that the image calls for.
+
+    Many fringes tell it at once: the degrees are chosen on the optimum of full degree. A few are imitated by a
+    background of high degree, and that optimum may be a false one: then every shape up to the second degree is fitted,
+    from every start and from the others' optima, and the least Bayesian information criterion of the fits themselves
+    decides.
+    """
+    problem = problem_of(model, fixed, parts)
+    phase = problem.phase.fields(starts[0]).phase
+    if fringes_seen(reduced.grid, phase, reduced.used) >= FEW:
+        return converge(problem, reduced, starts[0])
+    shapes = [replace(problem, degrees=shape) for shape in _SHAPES]
+    tried = [converge(one, reduced, at) for one in shapes for at in starts]
+    pixels = reduced.pixels
+
+    def criterion(solution: Solution) -> float:
+        variance = max(min(one.chi2 for one in tried) / pixels * reduced.grid.block**2, 1e-300)
+        chi2 = solution.chi2 / variance
+        spent = sum(normal_matrix(solution).active)
+        return chi2 + float(spent) * np.log(pixels) if np.isfinite(chi2) else np.inf
+
+    for best in sorted(tried, key=criterion)[:2]:
+        tried += [converge(one, reduced, best.numbers) for one in shapes]
+    return min(tried, key=criterion)
+
+
+def converge(problem: Problem, reduced: Reduced, numbers: np.ndarray, rounds: int = ROUNDS) -> Solution:
+    """Near the optimum next to given numbers: with the problem's degrees, then with those that the image calls for."""
+    solution = solve(problem, reduced, numbers, tolerance=_LOOSE, rounds=rounds)
+    if not np.isfinite(solution.chi2):
+        return solution
+    degrees = choose_degrees(normal_matrix(solution), solution.chi2, solution.weight, reduced.pixels)
+    chosen = (min(degrees[0], problem.degrees[0]), min(degrees[1], problem.degrees[1]))
+    if chosen == problem.degrees:
+        return solution
+    again = solve(
+        replace(problem, degrees=chosen),
+        reduced,
+        solution.numbers,
+        tolerance=_LOOSE,
+        first=solution.normal,
+        rounds=rounds,
+    )
+    return again if solution.converged else replace(again, converged=False)

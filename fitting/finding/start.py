@@ -1,0 +1,110 @@
+"""Finding rings without help, from coarse to fine, on block means of a photograph."""
+
+from collections.abc import Callable
+from itertools import product
+
+import numpy as np
+
+from fitting.finding.few_fringes import MANY, orders_of, with_background
+from fitting.finding.matched_filter import Rings, polish, search, settle
+from fitting.finding.tiles import from_tiles
+from fitting.finding.view import View, box_of, resolving_view, view_of
+from fitting.photo import Photograph, block_means, noise_variance
+
+# Pixels to a side of the image on which rings are looked for first, and cycles of the finest fringe that it resolves.
+_COARSEST, _RESOLVED = 128, 0.2
+# Rings that explain as much of the fringes' power need no second opinion; nor a finer look, if they are resolved.
+_GOOD, _ENOUGH = 0.3, 0.25
+# Tiles to a side that are looked at for what block means hide.
+_SAMPLED = 8
+
+
+def find_rings(photograph: Photograph, view: View | None = None) -> Rings:
+    """Rings in a photograph, without a start value: centre inside or outside of the frame, any phase and contrast.
+
+    Candidates are found on the coarsest image and followed to the one that resolves them. Where these explain little,
+    the fringes may be too fine for it everywhere: then wave vectors of tiles give another candidate, and the better
+    match wins. Finer block means are looked at where the rings call for them, or where there are none and the blocks
+    hide more than they show. A few fringes are fitted together with the light behind them. `view` as in
+    `resolving_view`.
+    """
+    best = _by_matching(photograph, view_of(photograph) if view is None else view)
+    return with_background(photograph, best) if orders_of(photograph, best) < MANY else best
+
+
+def follow(photograph: Photograph, rings: Rings) -> Rings:
+    """The rings next to a given scale and centre."""
+    view = resolving_view(photograph, rings)
+    return view.placed(polish(view.fringes, view.shown(rings)))
+
+
+def settled(photograph: Photograph, rings: Rings) -> Rings:
+    """Rings of a given scale and centre with the phase and match that the photograph gives them."""
+    view = resolving_view(photograph, rings)
+    return view.placed(settle(view.fringes, view.shown(rings)))
+
+
+def _by_matching(photograph: Photograph, view: View) -> Rings:
+    """The best match of all that coarse images, tiles of them and tiles of the photograph propose."""
+    best = _found(view)
+    if not view.resolves(best) and best.match > _ENOUGH:
+        return follow(photograph, best)
+    if best.match > _ENOUGH or view.factor == 1 or not _hides(photograph, view.factor):
+        return best
+    rows, columns = box_of(photograph)
+    fine = from_tiles(*_fine_tiles(photograph))
+    if fine is None:
+        return best
+    fine = fine.on_pixels(1, (columns.start, rows.start))
+    return max(best, follow(photograph, fine), key=lambda rings: rings.match)
+
+
+def _found(view: View) -> Rings:
+    """The best rings of a view, on the photograph."""
+    best = settle(view.fringes, _from_coarsest(view.fringes))
+    if best.match > _GOOD:
+        return view.placed(best)
+    fringes = view.fringes
+    fine = from_tiles(lambda y, x, size: fringes[y : y + size, x : x + size], fringes.shape)
+    if fine is not None:
+        best = max(best, polish(fringes, fine), key=lambda rings: rings.match)
+    return view.placed(best)
+
+
+def _from_coarsest(fringes: np.ndarray) -> Rings:
+    factor = max(1, -(-max(fringes.shape) // _COARSEST))
+    candidates = [rings.on_pixels(factor) for rings in search(block_means(fringes, factor))]
+    while True:
+        small = block_means(fringes, factor)
+        candidates = [polish(small, rings.on_blocks(factor)).on_pixels(factor) for rings in candidates]
+        candidates = sorted(candidates, key=lambda rings: -rings.match)
+        if factor == 1 or candidates[0].finest(fringes.shape) * factor < _RESOLVED:
+            return candidates[0]
+        candidates = candidates[: 3 if factor > 3 else 2]
+        factor = factor // 2
+
+
+def _fine_tiles(photograph: Photograph) -> tuple[Callable[[int, int, int], np.ndarray], tuple[int, int]]:
+    """What cuts tiles out of the lit box at full resolution, their mean taken off, and the box's shape."""
+    rows, columns = box_of(photograph)
+
+    def tile_of(y: int, x: int, size: int) -> np.ndarray:
+        part = (slice(rows.start + y, rows.start + y + size), slice(columns.start + x, columns.start + x + size))
+        light, lit = photograph.codes.light(part), photograph.lit[part]
+        return np.where(lit, light - light[lit].mean(), 0.0) if lit.mean() > 0.5 else np.zeros((size, size))
+
+    return tile_of, (rows.stop - rows.start, columns.stop - columns.start)
+
+
+def _hides(photograph: Photograph, factor: int) -> bool:
+    """Whether block means lose more than half of the variance that they show, beyond white noise, in some tiles."""
+    tile_of, shape = _fine_tiles(photograph)
+    size = 32 // factor * factor
+    lost = shown = 0.0
+    for y, x in product(*(np.linspace(0, n - size, _SAMPLED).astype(int).tolist() for n in shape)):
+        tile = tile_of(y, x, size)
+        means = block_means(tile, factor)
+        noise = noise_variance(tile, tile != 0) * (1 - 1 / factor**2)
+        lost += max(float(np.var(tile) - np.var(means)) - noise, 0.0)
+        shown += float(np.var(means))
+    return lost > 0.5 * shown

@@ -1,0 +1,5 @@
+"""From numbers to the phase of the fringes."""
+
+from newtonjax.doors import door
+
+__getattr__, __dir__, __all__ = door(__name__)

@@ -1,0 +1,36 @@
+"""The basis of the fringe moments: products of Chebyshev polynomials over the image."""
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from newtonjax.numerics import chebyshev, cos_turns, sin_turns
+
+# Degrees of the basis: of the background alone, and of the envelope, which also carries e^{2πi(φ-φ0)}. A phase within a
+# quarter turn of the reference needs about 12 more degrees than the contrast has (measured in test_moments.py).
+BACKGROUND, ENVELOPE = 6, 16
+
+
+def degrees(limit: int) -> np.ndarray:
+    """(degree in y, degree in x) of every product of Chebyshev polynomials up to a total degree, lowest first."""
+    both = [(j, i) for total in range(limit + 1) for j in range(total + 1) for i in [total - j]]
+    return np.array(both)
+
+
+def node_grid(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """X and y in [-1, 1] of a grid of Chebyshev nodes, row by row."""
+    at = chebyshev.nodes(count)
+    y, x = np.meshgrid(at, at, indexing="ij")
+    return x.ravel(), y.ravel()
+
+
+def model_coefficients(background, modulus, phase, reference) -> Float[Array, " basis"]:
+    """Coefficients of background + modulus cos 2πphase in the basis about a reference phase.
+
+    `background`: coefficients by `degrees(BACKGROUND)`; the others: values at the envelope's nodes.
+    """
+    away = phase - reference
+    both = jnp.stack([modulus * cos_turns(away), modulus * sin_turns(away)])
+    table = chebyshev.coefficients(both)
+    high = degrees(ENVELOPE)
+    return jnp.concatenate([background, table[:, high[:, 0], high[:, 1]].ravel()])

@@ -1,0 +1,224 @@
+"""The numbers of a scene and its camera by name, and how each of them is moved."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cache
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from newtonjax.scene import Camera, Scene, dot, frame, gap_height, middle, require_bench, required_gap
+
+Bench = tuple[Scene, Camera]
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A number of a scene or its camera.
+
+    - `value`: as it stands [`unit`]; `scale`: a step that matters [`unit`], its size where it has one.
+    - `move`: (scene, camera), and by how much [`unit`], to (scene, camera); differentiable.
+    - `positive`: whether only its ratios mean something.
+    """
+
+    name: str
+    value: float
+    unit: str
+    scale: float
+    move: Callable[[Scene, Camera, Any], Bench]
+    positive: bool = False
+
+
+def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
+    """What can be moved by name: what every bench of a gap has, and the radius where one face of it is curved.
+
+    "screen" is its distance from the face that light leaves through. "plate_tilt_x" and "plate_tilt_y" turn all
+    faces below the gap as one, about the vertex of the uppermost. "stray" is light that adds to the image [incident
+    irradiance], "contrast" that of the fringes over the scene's own: they belong to the image, and move neither
+    scene nor camera.
+    """
+    require_bench(scene, camera)
+    upper = required_gap(scene)
+    centre = middle(camera.shape) if camera.centre_px is None else tuple(map(float, camera.centre_px))
+    found = [
+        Knob("wavelength", float(scene.wavelength), "m", float(scene.wavelength), _wavelength, True),
+        Knob("gap", gap_height(scene), "m", float(scene.wavelength), _gap),
+        Knob("pixel_size", float(camera.pixel_size), "m", float(camera.pixel_size), _pixel_size, True),
+        Knob("centre_x", centre[0], "px", 1.0, _centre(0)),
+        Knob("centre_y", centre[1], "px", 1.0, _centre(1)),
+        _index("index", scene, upper),
+        _index("gap_index", scene, upper + 1),
+        _index("plate_index", scene, upper + 2),
+        _distance(scene),
+        Knob("exposure", float(camera.exposure), "photoelectrons", float(camera.exposure), _exposure, True),
+        Knob("stray", 0.0, "", 1.0, still),
+        Knob("contrast", 1.0, "", 1.0, still, True),
+    ]
+    lower = upper + 1
+    for axis, name in enumerate("xy"):
+        found += [
+            Knob(f"light_tilt_{name}", float(scene.light.tilt[axis]), "rad", 1e-3, _light(axis)),
+            Knob(f"plate_tilt_{name}", float(scene.surfaces[lower].tilt[axis]), "rad", 1e-3, _plate(lower, axis)),
+        ]
+    try:
+        face = curved_surface(scene)
+    except ValueError:
+        return {knob.name: knob for knob in found}
+    radius = 1 / float(scene.surfaces[face].curvature)
+    found.insert(0, Knob("radius", radius, "m", abs(radius), _radius(face), True))
+    return {knob.name: knob for knob in found}
+
+
+def chosen(known: dict[str, Knob], names: tuple[str, ...]) -> dict[str, Knob]:
+    """Some of `knobs`, in the order of their names. Raises ValueError for what is not there, and for none."""
+    if wrong := [name for name in names if name not in known]:
+        why = " (no face of its gap is curved)" if "radius" in wrong and "radius" not in known else ""
+        near = get_close_matches(wrong[0], known, 1)
+        meant = f", perhaps {near[0]}" if near else ""
+        raise ValueError(f"{wrong[0]!r} is no number of this scene{why}; allowed: {', '.join(known)}{meant}")
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise ValueError(f"{twice[0]} is named twice; give each number at most once")
+    if not names:
+        raise ValueError(f"no number is named; allowed: {', '.join(known)}")
+    return {name: known[name] for name in names}
+
+
+def still(scene: Scene, camera: Camera, by) -> Bench:
+    """The move of a number that is of the image alone."""
+    del by
+    return scene, camera
+
+
+@cache
+def _radius(face: int):
+    def move(scene, camera, by):
+        radius = 1 / scene.surfaces[face].curvature
+        return eqx.tree_at(lambda s: s.surfaces[face].curvature, scene, 1 / (radius + by)), camera
+
+    return move
+
+
+def _wavelength(scene, camera, by):
+    return eqx.tree_at(lambda s: s.light.wavelength, scene, scene.wavelength + by), camera
+
+
+def _gap(scene, camera, by):
+    return raise_lens(scene, by), camera
+
+
+def _pixel_size(scene, camera, by):
+    return scene, eqx.tree_at(lambda c: c.pixel_size, camera, camera.pixel_size + by)
+
+
+@cache
+def _centre(axis: int):
+    def move(scene, camera, by):
+        at = middle(camera.shape) if camera.centre_px is None else camera.centre_px
+        centre = (np.asarray(at, float) if isinstance(at, tuple) else at) + np.eye(2)[axis] * by
+        return scene, eqx.tree_at(lambda c: c.centre_px, camera, centre, is_leaf=lambda leaf: leaf is None)
+
+    return move
+
+
+def _index(name: str, scene: Scene, at: int) -> Knob:
+    value = float(scene.media[at])
+    return Knob(name, value, "", value, _medium(at), True)
+
+
+@cache
+def _medium(at: int):
+    def move(scene, camera, by):
+        return eqx.tree_at(lambda s: s.media, scene, scene.media + np.eye(len(scene.media))[at] * by), camera
+
+    return move
+
+
+def _distance(scene: Scene) -> Knob:
+    """Of the screen from the face that light leaves through; negative where it lies before it, as in the gap."""
+    down = scene.view == "transmitted"
+    face = scene.surfaces[-1 if down else 0]
+    value = float(scene.screen.vertex[2] - face.vertex[2]) * (-1 if down else 1)
+    return Knob("screen", value, "m", abs(value) or 1e-3, _screen(-1.0 if down else 1.0))
+
+
+@cache
+def _screen(way: float):
+    def move(scene, camera, by):
+        return eqx.tree_at(lambda s: s.screen.vertex, scene, scene.screen.vertex + np.array([0, 0, way]) * by), camera
+
+    return move
+
+
+def _exposure(scene, camera, by):
+    return scene, eqx.tree_at(lambda c: c.exposure, camera, camera.exposure + by)
+
+
+@cache
+def _light(axis: int):
+    def move(scene, camera, by):
+        return eqx.tree_at(lambda s: s.light.tilt, scene, scene.light.tilt + np.eye(2)[axis] * by), camera
+
+    return move
+
+
+@cache
+def _plate(lower: int, axis: int):
+    def move(scene, camera, by):
+        pivot = scene.surfaces[lower].vertex
+        moved = []
+        for surface in scene.surfaces[lower:]:
+            tilt, offset = surface.tilt + np.eye(2)[axis] * by, surface.vertex - pivot
+            turned = [new * dot(old, offset) for new, old in zip(frame(tilt), frame(surface.tilt), strict=True)]
+            moved += [pivot + turned[0] + turned[1] + turned[2], tilt]
+        return eqx.tree_at(_below, scene, moved), camera
+
+    def _below(scene):
+        return [part for surface in scene.surfaces[lower:] for part in (surface.vertex, surface.tilt)]
+
+    return move
+
+
+def curved_surface(scene: Scene) -> int:
+    """Index of the one curved face of the gap. Raises ValueError where there is none, or more than one."""
+    upper = required_gap(scene)
+    curved = [k for k in (upper, upper + 1) if float(scene.surfaces[k].curvature) != 0]
+    if len(curved) != 1:
+        raise ValueError(f"{len(curved)} faces of the gap are curved; a fit of the radius takes one")
+    return curved[0]
+
+
+def quantities_of(scene: Scene, face: int) -> dict[str, float]:
+    """The bench's own radius and wavelength [m], and the gap's index."""
+    return {
+        "radius": abs(1 / float(scene.surfaces[face].curvature)),
+        "wavelength": float(scene.wavelength),
+        "index": float(scene.media[required_gap(scene) + 1]),
+    }
+
+
+def change(scene: Scene, quantity: str, factor, face: int) -> Scene:
+    """The scene with a quantity multiplied: a face's radius, the wavelength, or the gap's index."""
+    if quantity == "wavelength":
+        return eqx.tree_at(lambda s: s.light.wavelength, scene, scene.wavelength * factor)
+    if quantity == "index":
+        at = required_gap(scene) + 1
+        media = jnp.asarray(scene.media)
+        return eqx.tree_at(lambda s: s.media, scene, media.at[at].multiply(factor))
+    return eqx.tree_at(lambda s: s.surfaces[face].curvature, scene, scene.surfaces[face].curvature / factor)
+
+
+def raise_lens(scene: Scene, height) -> Scene:
+    """The scene with everything above its gap raised [m]: screen, shield and collecting lens too if they are there."""
+    up = np.array([0.0, 0.0, 1.0]) * height
+    upper = required_gap(scene)
+
+    def moved(s: Scene):
+        parts = [s.surfaces[k].vertex for k in range(upper + 1)]
+        if s.view == "transmitted":
+            return parts
+        return [*parts, s.screen.vertex, *(part.vertex for part in (s.shield, s.collecting_lens) if part is not None)]
+
+    return eqx.tree_at(moved, scene, [vertex + up for vertex in moved(scene)])

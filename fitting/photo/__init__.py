@@ -1,0 +1,5 @@
+"""From a file to light, mask and block means."""
+
+from newtonjax.doors import door
+
+__getattr__, __dir__, __all__ = door(__name__)

@@ -1,0 +1,282 @@
+"""Photographs: from a file or an array to linear light, a mask, and what was decided on the way."""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from scipy import ndimage
+
+from fitting.photo.codes import Codes, Curve
+from fitting.photo.image_file import SMALLER, has_more, load
+from fitting.photo.smoothing import smooth, thin
+from newtonjax.numerics import require_memory
+
+_CHANNELS = ("red", "green", "blue")
+# A code this near the top of its range no longer follows the light.
+_SATURATED = 0.98
+# Channels are compared on so many blocks of 2 x 2 pixels to a side.
+_COMPARED = 720
+
+
+@dataclass(frozen=True)
+class Photograph:
+    """A photograph made ready for a fit: the codes of one channel, from which light is made in bands or as a whole.
+
+    - `codes`: of the channel that was taken, with the curve that makes them linear light, largest unmasked about 1.
+    - `mask` [rows, columns]: True where a pixel may be used.
+    - `lit` [rows, columns]: as `mask`, with saturated pixels: bright they are, and a search that took them for nothing
+      would find the rings of the mask.
+    - `channel`: which was taken; `transfer`: how codes became light; `warnings`: what a person should know.
+    """
+
+    codes: Codes
+    mask: np.ndarray
+    lit: np.ndarray
+    channel: str
+    transfer: str
+    warnings: list[str] = field(default_factory=list)
+
+    @cached_property
+    def image(self) -> np.ndarray:
+        """Linear light of every pixel, float64 [rows, columns]; made when first asked for."""
+        return self.codes.light()
+
+    def light_rows(self, start: int, stop: int) -> np.ndarray:
+        """Linear light of the rows from `start` up to `stop`, float32 [rows, columns]."""
+        return self.codes.rows(start, stop)
+
+    def raised(self, exponent: float, transfer: str) -> "Photograph":
+        """The same photograph with its light raised to an exponent, and the name of how codes became light now."""
+        return replace(self, codes=self.codes.raised(exponent), transfer=transfer)
+
+
+def read(
+    source: str | Path | np.ndarray, transfer: str | float | None = None, mask: np.ndarray | None = None
+) -> Photograph:
+    """A photograph from a file or an array [rows, columns] or [rows, columns, channels].
+
+    Without `transfer`, 8-bit codes are taken as sRGB, 16-bit files and floats as linear; it may be "linear", "srgb" or
+    an exponent. Of a colour image the channel with most fringe contrast over noise that is not saturated is taken.
+    Masked are pixels that are saturated (at the top of the type, or where codes pile up below it), outside of the lit
+    field, transparent, masked in the array, far outside of all others (hot or dead), and where `mask` is False.
+
+    Raises FileNotFoundError, and ValueError for what is no image or needs more memory than there is.
+    """
+    picture = np.ma.asarray(load(source) if isinstance(source, str | Path) else source)
+    raw, top, count = _checked(picture.data)
+    rows, columns = raw.shape[:2]
+    # One channel, a mask, the lit field, and what passes by while these are made.
+    require_memory(f"a photograph of {rows} x {columns} pixels", float(rows) * columns * (raw.itemsize + 5), SMALLER)
+    exponent, name = _transfer(transfer, top)
+    channel = max(range(count), key=lambda c: _merit(raw[:, :, c], top)) if count > 1 else 0
+    # A copy of its own, for an array of the caller's may change later; in this machine's order of bytes.
+    plane = np.array(raw[:, :, channel], raw.dtype.newbyteorder("="), order="C")
+    codes = Codes(plane, Curve(top if np.isfinite(top) else 1.0, exponent))
+    lit = _opaque(picture)
+    if not np.issubdtype(plane.dtype, np.integer):
+        lit &= np.isfinite(plane)
+    lit &= _not_wild(codes, lit) & _lit(codes)
+    warnings = []
+    if isinstance(source, str | Path) and has_more(source):
+        warnings.append("the file holds several pictures: the first was taken; fitting.fit_stack measures all of them")
+    if mask is not None:
+        mask = np.asarray(mask, dtype=bool)
+        if mask.shape != plane.shape:
+            raise ValueError(f"mask has shape {mask.shape}; allowed: the image's, {plane.shape}")
+        lit &= mask
+    follows = _below(plane, min(_SATURATED * top, _pile_up(plane)))
+    usable = lit & follows
+    share = 1.0 - float(np.mean(follows))
+    if share > 0.02:
+        warnings.append(f"{share:.0%} of the pixels are saturated and were left out; expose less")
+    sample = thin(usable)
+    known = codes.light_where(usable[sample], sample)
+    unit = float(np.percentile(known, 99.5)) if known.size else 0.0
+    codes = Codes(plane, replace(codes.curve, unit=unit or 1.0))
+    labels = _CHANNELS if count == 3 else ("grey",)
+    return Photograph(codes, usable, lit, labels[channel], name, warnings)
+
+
+def read_again(source: np.ndarray, like: Photograph) -> Photograph:
+    """Another frame of the same view, read as `like` was: its channel, curve, unit of light and lit field.
+
+    Masked are pixels that are saturated, far outside of all others or no numbers in this frame. Raises ValueError for
+    an image of another shape or type.
+    """
+    picture = np.ma.asarray(source)
+    raw, _, _ = _checked(picture.data)
+    if raw.shape[:2] != like.codes.shape:
+        raise ValueError(f"the frame has the shape {raw.shape[:2]}, others {like.codes.shape}")
+    channel = _CHANNELS.index(like.channel) if like.channel in _CHANNELS else 0
+    if raw.dtype.newbyteorder("=") != like.codes.codes.dtype or channel >= raw.shape[2]:
+        kind = f"{raw.dtype} with {raw.shape[2]} channels"
+        raise ValueError(f"the frame is {kind}, others {like.codes.codes.dtype} of which {like.channel} is used")
+    plane = np.array(raw[:, :, channel], like.codes.codes.dtype, order="C")
+    whole = np.issubdtype(plane.dtype, np.integer)
+    lit = like.lit & _opaque(picture)
+    if not whole:
+        lit &= np.isfinite(plane)
+    codes = Codes(plane, like.codes.curve)
+    lit &= _not_wild(codes, lit)
+    top = like.codes.curve.top if whole else np.inf
+    usable = lit & _below(plane, min(_SATURATED * top, _pile_up(plane)))
+    return replace(like, codes=codes, lit=lit, mask=usable, warnings=[])
+
+
+def read_mask(path: str | Path) -> np.ndarray:
+    """A mask from an image file: True where it is not black. Raises FileNotFoundError, and ValueError for no image."""
+    codes = np.asarray(load(path))
+    return codes > 0 if codes.ndim == 2 else np.any(codes[:, :, : 3 if codes.shape[2] >= 3 else 1] > 0, axis=2)
+
+
+def _opaque(picture: np.ma.MaskedArray) -> np.ndarray:
+    """False where an alpha channel is 0, or a masked array is masked."""
+    visible = np.ones(picture.shape[:2], bool)
+    if picture.mask is not np.ma.nomask:
+        visible &= ~(picture.mask if picture.ndim == 2 else np.any(picture.mask, axis=2))
+    if picture.ndim == 3 and picture.shape[2] in (2, 4):
+        visible &= picture.data[:, :, -1] > 0
+    return visible
+
+
+def _below(plane: np.ndarray, level: float) -> np.ndarray:
+    """Where codes are below a level; of integers without a copy of them as floats."""
+    if not np.isfinite(level):
+        return ~(plane >= level)
+    return ~(plane >= (np.ceil(level).astype(plane.dtype) if np.issubdtype(plane.dtype, np.integer) else level))
+
+
+def _pile_up(code: np.ndarray) -> float:
+    """The code at which light piled up, below the top of its type (12 bits in 16, a clipped array); else infinite.
+
+    At an unclipped crest the last two codes hold pixels as sqrt(1) to sqrt(2) - sqrt(1).
+    """
+    code = code[thin(np.isfinite(code))]
+    known = code[np.isfinite(code)]
+    if known.size == 0:
+        return np.inf
+    at = known == known.max()
+    below = known[~at]
+    if at.mean() < 0.02 or below.size == 0:
+        return np.inf
+    return float(known.max()) if at.sum() > 6 * (below == below.max()).sum() else np.inf
+
+
+def _not_wild(codes: Codes, lit: np.ndarray) -> np.ndarray:
+    """False for pixels further outside of the middle 99 % than these are wide: hot, dead or struck, as no rings are."""
+    sample = thin(lit, 40_000)
+    if not lit[sample].any():
+        return np.ones(codes.shape, bool)
+    low, high = np.percentile(codes.light_where(lit[sample], sample), [0.5, 99.5])
+    return np.ones(codes.shape, bool) if high == low else codes.between(2 * low - high, 2 * high - low)
+
+
+def _checked(raw: np.ndarray) -> tuple[np.ndarray, float, int]:
+    """Codes [rows, columns, channels], the largest there may be, and how many channels differ and hold light."""
+    if raw.ndim not in (2, 3) or min(raw.shape[:2]) < 16:
+        raise ValueError(
+            f"an image of shape {raw.shape} was given; allowed: [rows, columns] or with channels, 16 pixels up"
+        )
+    if raw.ndim == 3 and raw.shape[2] not in (1, 2, 3, 4):
+        raise ValueError(f"an image with {raw.shape[2]} channels was given; allowed: 1 to 4")
+    if not (np.issubdtype(raw.dtype, np.integer) or np.issubdtype(raw.dtype, np.floating)):
+        raise ValueError(f"an image of type {raw.dtype} was given; allowed: integers or floats")
+    planes = raw[:, :, None] if raw.ndim == 2 else raw
+    return planes, _top(raw), 3 if planes.shape[2] >= 3 and not _is_grey(planes) else 1
+
+
+def _is_grey(planes: np.ndarray) -> bool:
+    """Whether three channels are one; a few rows tell it of most images."""
+    for part in (planes[::64], planes):
+        red, green, blue = (part[:, :, k] for k in range(3))
+        if not (np.array_equal(red, green) and np.array_equal(green, blue)):
+            return False
+    return True
+
+
+def _top(raw: np.ndarray) -> float:
+    """The largest code of an integer image: of 8 bits or 16, by its type, or by its values where that is wider."""
+    if not np.issubdtype(raw.dtype, np.integer):
+        return np.inf
+    if raw.dtype.itemsize <= 2:
+        return float(np.iinfo(raw.dtype).max)
+    return 255.0 if raw.max() <= 255 else 65535.0 if raw.max() <= 65535 else float(np.iinfo(raw.dtype).max)
+
+
+def _transfer(transfer: str | float | None, top: float) -> tuple[float | None, str]:
+    """The curve's exponent, None for sRGB, and its name."""
+    if transfer is None:
+        transfer = "srgb" if top <= 255 else "linear"
+    if transfer in ("linear", "srgb"):
+        return (1.0 if transfer == "linear" else None), str(transfer)
+    try:
+        exponent = float(transfer)
+    except (TypeError, ValueError):
+        exponent = np.nan
+    if not 0.1 <= exponent <= 10:
+        raise ValueError(f"transfer is {transfer!r}; allowed: 'linear', 'srgb', or an exponent from 0.1 to 10")
+    return exponent, f"exponent {exponent:g}"
+
+
+def _merit(plane: np.ndarray, top: float) -> float:
+    """Contrast at fringe scales over pixel noise, less what is saturated; on every so many-th block of 2 x 2."""
+    step = 2 * max(1, max(plane.shape) // _COMPARED)
+    rows, columns = (n // 2 * 2 for n in plane.shape)
+    corners = [plane[j:rows:step, i:columns:step] for j in (0, 1) for i in (0, 1)]
+    saturated = np.mean([np.mean(~_below(corner, _SATURATED * top)) for corner in corners])
+    blocks = np.mean([np.nan_to_num(corner.astype(np.float32)) for corner in corners], axis=0)
+    band = ndimage.gaussian_filter(blocks, 1.0) - smooth(blocks, max(blocks.shape) / 25)
+    contrast = np.percentile(np.abs(band), 75)
+    slope = np.diff(blocks, axis=1)
+    noise = np.median(np.abs(slope[1:] - slope[:-1])) / 2
+    return float(contrast / (noise + 0.02 * contrast + 1e-30) * np.sqrt(contrast) * (1 - saturated) ** 4)
+
+
+def _lit(codes: Codes) -> np.ndarray:
+    """The part of the frame inside the field stop: everything, unless one bright region stands in a dark surround.
+
+    Wide dark rings are no surround: there are other bright ones beyond them, or the dark is a small part of the frame,
+    or it is far from even (numbers from real stops and from rendered rings of 0.1 to 10 m).
+    """
+    everything = np.ones(codes.shape, bool)
+    width = max(2.0, min(codes.shape) / 40)
+    factor = max(1, int(width / 4))
+    width /= factor
+    blurred = smooth(codes.means(factor)[0], width)
+    if np.ptp(blurred) == 0:
+        return everything
+    bright = blurred > _threshold(blurred)
+    high, low = blurred[bright].mean(), blurred[~bright].mean()
+    field = _largest(np.asarray(ndimage.binary_fill_holes(bright)))
+    dark = np.asarray(ndimage.binary_erosion(~field, iterations=round(2 * width), border_value=1), bool)
+    if low > 0.5 * high or dark.mean() < 0.15 or (bright & ~field).sum() > 0.01 * bright.sum():
+        return everything
+    if np.subtract(*np.percentile(blurred[dark], [90, 10])) > 0.65 * (high - low):
+        return everything
+    # Near halfway down the edge lies the stop; the blur's width further in, light is no longer cut.
+    field = _largest(np.asarray(ndimage.binary_fill_holes(blurred > low + 0.35 * (high - low))))
+    field = ndimage.binary_erosion(field, iterations=round(width), border_value=1)
+    rows, columns = (np.minimum(np.arange(n) // factor, m - 1) for n, m in zip(codes.shape, field.shape, strict=True))
+    # Whole rows at a time: both indices at once take ten times as long.
+    return field[:, columns][rows]
+
+
+def _threshold(values: np.ndarray) -> float:
+    """The level that divides values into two kinds with the largest variance between these (Otsu 1979)."""
+    counts, edges = np.histogram(values, 256)
+    middles = (edges[:-1] + edges[1:]) / 2
+    below = np.cumsum(counts)[:-1]
+    total = np.cumsum(counts * middles)
+    above = values.size - below
+    between = below * above * ((total[-1] - total[:-1]) / np.maximum(above, 1) - total[:-1] / below) ** 2
+    return float(middles[np.argmax(between)])
+
+
+def _largest(field: np.ndarray) -> np.ndarray:
+    labels = np.zeros(field.shape, np.int32)
+    ndimage.label(field, output=labels)
+    count = int(labels.max())
+    if count < 2:
+        return field
+    return labels == 1 + int(np.argmax(ndimage.sum_labels(field, labels, range(1, count + 1))))

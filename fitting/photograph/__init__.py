@@ -1,0 +1,5 @@
+"""The verb `fit`, and stacks: choose, judge, report."""
+
+from newtonjax.doors import door
+
+__getattr__, __dir__, __all__ = door(__name__)

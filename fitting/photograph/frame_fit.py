@@ -1,0 +1,152 @@
+"""The row of one frame of a stack, and how its numbers become quantities."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from fitting.estimate import Fitted
+from fitting.model import NUMBERS
+from fitting.parameters import EXPONENTS, Quantities
+from fitting.photograph.numbers import mean_scale
+from fitting.photograph.result import FitResult, Parameter
+from fitting.photograph.summary import variance_of
+
+_PHASE = NUMBERS.index("phase")
+
+
+@dataclass(frozen=True, slots=True)
+class FrameFit:
+    """A row of `fit_stack`: what one frame says. Lengths in metres; None is what it does not give.
+
+    - `index`: of the frame, from 0; `status`, `message`: as those of `fit`; a frame without an answer says why.
+    - `measured`: the quantity that is not given; `parameters`: it by name, with its standard deviation.
+    - `radius`, `radius_sd` (total; what is given is the same for all frames), `radius_sd_image` (of the frame alone).
+    - `gap`, `gap_sd`: at the rings' centre, followed from frame to frame, so that it leaves half a wavelength.
+    - `centre_px` (x, y), `centre_sd_px`; `fringe_scale_per_px2`, `fringe_scale_sd`; `contact_radius`.
+    - `explained_variance`: as in `FitResult`.
+    - `searched`: whether the rings were searched, as in the first frame, and not followed from the last one. After the
+      first, the gap then is the one nearest to the last.
+    """
+
+    index: int
+    status: str
+    message: str = ""
+    measured: str = "radius"
+    radius: float | None = None
+    radius_sd: float | None = None
+    radius_sd_image: float | None = None
+    gap: float | None = None
+    gap_sd: float | None = None
+    centre_px: tuple[float, float] | None = None
+    centre_sd_px: tuple[float, float] | None = None
+    fringe_scale_per_px2: float | None = None
+    fringe_scale_sd: float | None = None
+    contact_radius: float | None = None
+    explained_variance: float | None = None
+    searched: bool = False
+    parameters: Mapping[str, Parameter] = field(default_factory=dict)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The row by name, the parameters as plain dictionaries: for a table or JSON."""
+        row = {name: getattr(self, name) for name in self.__slots__ if name != "parameters"}
+        return row | {"parameters": {name: asdict(value) for name, value in self.parameters.items()}}
+
+
+@dataclass(frozen=True)
+class FrameScale:
+    """From a frame's numbers to quantities; what a searched frame's budget adds to the noise goes for all after it.
+
+    - `half`: turns at a gap of nothing; `plate`: radius of the plate [m]; `gap`: the one that is held [m].
+    - `whole`, `beside`: relative standard deviation of the fringe scale by the image, with noise and apart from it;
+      `given`: of the answer by what is given; `message`: of a fit without a scale.
+    """
+
+    known: Quantities
+    half: float
+    plate: float | None
+    gap: float | None
+    whole: float = 0.0
+    beside: float = 0.0
+    given: float = 0.0
+    message: str = ""
+
+    def counted(self, found: Fitted, last: Fitted | None) -> Fitted:
+        """A searched fit whose phase is the one next to the last frame's, or to a gap of nothing."""
+        wanted = self.half if last is None else last.numbers[_PHASE]
+        numbers = found.numbers.copy()
+        numbers[_PHASE] += np.round(wanted - numbers[_PHASE])
+        return replace(found, solution=replace(found.solution, numbers=numbers))
+
+    def calibrated(self, result: FitResult, found: Fitted) -> "FrameScale":
+        """With the relative deviations of a result of `fit`."""
+        whole = (result.fringe_scale_sd or 0.0) / (result.fringe_scale_per_px2 or 1.0)
+        noise = _deviations(found)[0] / abs(found.numbers[0])
+        answer = result.parameters.get(result.measured)
+        rows = [sd for source, sd in result.budget if source in self.known.sd or source == "plate_radius"]
+        return replace(
+            self,
+            whole=whole,
+            beside=float(np.sqrt(max(whole**2 - noise**2, 0.0))),
+            given=float(np.linalg.norm(rows)) / answer.value if answer and rows else 0.0,
+            message=result.message,
+        )
+
+    def row(self, number: int, found: Fitted, searched: bool = False) -> FrameFit:
+        """The row of a fit."""
+        frame, numbers, sds = found.model.frame, found.numbers, _deviations(found)
+        scale, relative = numbers[0] / frame.unit**2, np.hypot(sds[0] / abs(numbers[0]), self.beside)
+        if self.known.unknown is None and "distortion" in found.parts:
+            # As in `fit`: on the mean of the field, in which what is uncertain of the distortion cancels.
+            scale, relative = scale * mean_scale(found, numbers), self.whole
+        x, y = frame.middle
+        row = FrameFit(
+            number,
+            "no-scale",
+            self.message,
+            self.known.unknown or "radius",
+            centre_px=(float(x + numbers[1] * frame.unit), float(y + numbers[2] * frame.unit)),
+            centre_sd_px=(float(sds[1] * frame.unit), float(sds[2] * frame.unit)),
+            fringe_scale_per_px2=float(scale),
+            fringe_scale_sd=float(relative * abs(scale)),
+            explained_variance=float(found.explained),
+            searched=searched,
+        )
+        return row if self.known.unknown is None else self._scaled(row, found, sds[_PHASE], float(relative))
+
+    def _scaled(self, row: FrameFit, found: Fitted, phase_sd: float, relative: float) -> FrameFit:
+        """The row with the quantities that follow from its fringe scale."""
+        known, measured = self.known, self.known.measured
+        values = known.values(row.fringe_scale_per_px2 or np.nan)
+        relative /= abs(EXPONENTS[measured])
+        if self.plate is not None:
+            effective = values["radius"]
+            values["radius"] = 1 / (1 / effective - 1 / self.plate)
+            relative *= values["radius"] / effective
+        value = float(values[measured])
+        image, total = value * relative, value * float(np.hypot(relative, self.given))
+        period = values["wavelength"] / (2 * values["index"])
+        gap = (found.numbers[_PHASE] - self.half) * period if self.gap is None else self.gap
+        wave_sd, index_sd = (known.sd.get(name, 0.0) / values[name] for name in ("wavelength", "index"))
+        square = found.numbers[NUMBERS.index("contact")]
+        disc = float(np.sqrt(max(square, 0.0))) * found.model.frame.unit * values["pixel_size"]
+        is_radius = measured == "radius"
+        return replace(
+            row,
+            status="ok",
+            message="",
+            radius=float(values["radius"]),
+            radius_sd=total if is_radius else known.sd.get("radius"),
+            radius_sd_image=image if is_radius else None,
+            gap=float(gap),
+            gap_sd=float(np.linalg.norm([phase_sd * period, gap * wave_sd, gap * index_sd])),
+            contact_radius=disc if "contact" in found.parts else None,
+            parameters={measured: Parameter(value, total, False)},
+        )
+
+
+def _deviations(found: Fitted) -> np.ndarray:
+    """Standard deviations of the numbers by the frame's noise, and by errors that its neighbouring pixels share."""
+    covariance = found.matrix.covariance(variance_of(found)[0])
+    return np.sqrt(np.clip(np.diag(covariance)[: len(NUMBERS)], 0.0, None))

@@ -1,0 +1,125 @@
+"""A stack of frames of one view: the radius and the gap of each, from one frame to the next."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from fitting.parameters import EXPONENTS, Quantities, checked_fixed, checked_plate, checked_start, quantities
+from fitting.photo import frames_of
+from fitting.photograph.frame_fit import FrameFit, FrameScale
+from fitting.photograph.measure import fit, one_blas_thread
+from fitting.photograph.selection import checked_parts
+from fitting.photograph.tracking import LostError, Track, begin, follow
+from newtonjax.numerics import x64
+
+
+def fit_stack(
+    frames: Any,
+    *,
+    wavelength: float | None = None,
+    pixel_size: float | None = None,
+    radius: float | None = None,
+    index: float | None = None,
+    wavelength_sd: float | None = None,
+    pixel_size_sd: float | None = None,
+    radius_sd: float | None = None,
+    index_sd: float | None = None,
+    plate_radius: float | None = None,
+    plate_radius_sd: float | None = None,
+    view: str | None = None,
+    free: str | tuple[str, ...] | None = None,
+    fixed: dict[str, float | tuple[float, float]] | None = None,
+    start: dict[str, float | tuple[float, float]] | None = None,
+    transfer: str | float | None = None,
+    mask: np.ndarray | None = None,
+    parts: dict[str, bool] | None = None,
+) -> Iterator[FrameFit]:
+    """A row for each frame of one view, whose radius, gap or centre changes slowly, in the frames' order.
+
+    The first frame is measured by `fit`. Each other one starts from the last that was measured, with its channel, lit
+    field, parts of the model and degrees of the illumination. A frame that is unreadable, of another shape, dark,
+    saturated or without rings is a row that says so; rings that jumped are searched anew.
+
+    The gap is followed from frame to frame: fringes that move by less than half a turn between two frames, a quarter of
+    a wavelength in the gap, are told apart by their contrast. With more than a quarter turn, and noise or an
+    illumination that changes, that is ambiguous; beyond half a turn it is not seen at all.
+
+    Args:
+      frames: an array [frames, rows, columns] or with channels; an iterable of arrays or paths; or the path of a TIFF
+        with several pages, a GIF or a video (which needs imageio's extra ffmpeg or pyav). Read one by one.
+      wavelength, pixel_size, radius, index and their deviations, plate_radius, view, free, fixed, start, transfer,
+        mask, parts: as in `fit`; there is no scene.
+
+    Raises ValueError and FileNotFoundError, at once, for arguments that cannot be used.
+
+    """
+    arguments = {name: value for name, value in locals().items() if name != "frames"}
+    known = _checked(arguments)
+    return _rows(frames_of(frames), arguments, known)
+
+
+def _checked(arguments: dict) -> Quantities:
+    """What is given. Raises ValueError for what `fit` would not take."""
+    if arguments["view"] not in (None, "reflected", "transmitted"):
+        raise ValueError(f"view is {arguments['view']!r}; allowed: 'reflected' or 'transmitted'")
+    checked_parts(arguments["parts"])
+    checked_fixed(arguments["fixed"])
+    checked_start(arguments["start"])
+    checked_plate(arguments["plate_radius"], arguments["plate_radius_sd"])
+    free = arguments["free"]
+    free = (free,) if isinstance(free, str) else tuple(free or ())
+    given = {name: arguments[name] for name in EXPONENTS}
+    if given["index"] is None and "index" not in free:
+        given["index"] = 1.0
+    return quantities(given, {name: arguments[f"{name}_sd"] for name in EXPONENTS}, free)
+
+
+def _rows(frames: Iterator, arguments: dict, known: Quantities) -> Iterator[FrameFit]:
+    track: Track | None = None
+    half = 0.5 if (arguments["view"] or "reflected") == "reflected" else 0.0
+    scale = FrameScale(known, half, arguments["plate_radius"], (arguments["fixed"] or {}).get("gap"))
+    for number, frame in enumerate(frames):
+        if isinstance(frame, ValueError):
+            yield FrameFit(number, "refused", str(frame))
+            continue
+        with x64(), one_blas_thread() if track is None else _libraries().limit(limits=1, user_api="blas"):
+            row, track, scale = _next(number, frame, track, scale, arguments)
+        yield row
+
+
+@cache
+def _libraries():
+    # Looking for them takes as long as a frame; after the first fit all are loaded.
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
+
+
+def _next(number: int, frame: np.ndarray, track: Track | None, scale: FrameScale, arguments: dict):
+    """The row of a frame; the track with it, or as it was, and the scale."""
+    reason = ""
+    if track is not None:
+        try:
+            track = follow(track, frame)
+            return scale.row(number, track.fit), track, scale
+        except np.linalg.LinAlgError as error:
+            return FrameFit(number, "refused", f"undetermined: {error}"), track, scale
+        except LostError as lost:
+            if lost.hopeless:
+                return FrameFit(number, "refused", str(lost)), track, scale
+            reason = str(lost)
+    try:
+        result = fit(frame, **arguments)
+    except ValueError as error:  # a frame that is no image, or of another shape than the mask
+        return FrameFit(number, "refused", str(error)), track, scale
+    if result.evidence is None or result.picture is None:
+        said = f"{reason}, and a search ended with: {result.message}" if reason else result.message
+        return FrameFit(number, result.status, said, searched=True), track, scale
+    found = scale.counted(result.evidence.found, None if track is None else track.fit)
+    scale = scale.calibrated(result, found)
+    row = scale.row(number, found, searched=True)
+    row = replace(row, message=f"{reason}: searched anew" if reason else row.message)
+    return row, begin(result.picture.photograph, found), scale

@@ -1,0 +1,185 @@
+"""Fits with parts beside the plain one: warps of the map from image to object, and contacts.
+
+They are made on blocks coarser than the final fit's, whose contrast is lowered as `model.Frame` says: a choice needs
+no last digit.
+"""
+
+from dataclasses import replace
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from fitting.estimate import (
+    CONTRAST,
+    FEW,
+    Fitted,
+    Residuals,
+    Solution,
+    finest,
+    moved_to,
+    problem_of,
+    residuals_of,
+    solve,
+    tukey,
+)
+from fitting.model import BACKGROUND, NUMBERS, PARTS
+from fitting.photo import Photograph, Reduced, pixels_of, reduce
+from fitting.photograph.phase_map import followed
+
+# Parts that bend the map from the image to the object, with the largest numbers that can be meant: cos θ = 0.67, and
+# 15 % at the rim of the field (eyepieces reach 10 %).
+WARPS = {"oblique view": 0.4, "distortion": 0.15, "fifth order": 0.05}
+# Squared radii of contacts that a score test looks at, that trials start from, and the largest one that can be meant
+# [half diagonals squared].
+DISCS, _SQUARES, _WIDEST = (0.003, 0.01, 0.03, 0.08), tuple(0.002 * 1.7**k for k in range(8)), 0.3
+# A trial that has not settled after so many new moments is judged as it is; the chosen one is fitted again. Its phase
+# may be so far from the moments' [turns].
+_ROUNDS, _NEAR = 25, 0.1
+# A step of a trial that promises a smaller drop of chi-squared [variances, correlation included] is its last one.
+_TOLERANCE = 0.02
+# Steps of a trial, and of each disc's before the best ones go on, and how many these are: false optima are near. One
+# that then has so many times the least chi-squared is on none of the best.
+_STEPS, _FIRST_STEPS, _FURTHER, _FALSE = 60, 3, 4, 2.0
+# Turns of phase, and share of the contact, within which two of them go to the same optimum.
+_BESIDE = 0.2
+# Cycles of the finest fringe in a block of a trial, and blocks to a side that are left, at least.
+_CYCLES, _FEWEST = 0.4, 64
+_PHASE, _CONTACT = NUMBERS.index("phase"), NUMBERS.index("contact")
+
+
+class Trial(NamedTuple):
+    """A fit to coarse blocks: all count alike, since outliers are those of the model that is chosen in the end."""
+
+    solution: Solution
+    left: Residuals
+    parts: tuple[str, ...]
+
+    @property
+    def numbers(self) -> np.ndarray:
+        return self.solution.numbers
+
+
+class Trials:
+    """Fits with parts next to a plain one."""
+
+    def __init__(self, found: Fitted, photograph: Photograph, wishes: dict[str, bool], before: Fitted | None):
+        self.found, self.wishes = found, wishes
+        # Numbers of an earlier choice, on the same photograph with another curve: a better start than any.
+        self.before = None if before is None or not before.parts else before
+        self.reduced = _coarser(found, photograph)
+        self.model = moved_to(found.model, self.reduced.grid, found.numbers)
+        self.rim = rim(photograph.lit)
+        # A criterion counts chi-squared in units of the correlated variance.
+        self.tolerance = _TOLERANCE * found.correlation
+        self.plain = self._plain()
+
+    def _plain(self) -> Trial:
+        """The plain fit on the coarse blocks; its outliers are known."""
+        first = self.fit((), self.found.numbers)
+        weighted = replace(self.reduced, weights=tukey(first.left.value, self.reduced))
+        solution = solve(first.solution.problem, weighted, first.numbers)
+        return Trial(solution, residuals_of(solution, self.reduced, None), ())
+
+    def fit(self, parts: tuple[str, ...], numbers: np.ndarray, steps: int = _STEPS) -> Trial:
+        """A fit with parts from given numbers."""
+        shape = self.found.shape if self.found.orders < FEW else (BACKGROUND, CONTRAST)
+        problem = problem_of(self.model, self.found.fixed, parts, shape)
+        solution = solve(
+            problem, self.reduced, numbers, tolerance=self.tolerance, rounds=_ROUNDS, near=_NEAR, steps=steps
+        )
+        return Trial(solution, residuals_of(solution, self.reduced, None), parts)
+
+    def bent(self) -> Trial:
+        """The fit with as many warps as it bears: a number beyond what can be meant is none of a camera."""
+        allowed = [part for part in WARPS if self.wishes.get(part, True)]
+        for parts in (s for n in range(len(allowed), 0, -1) for s in combinations(allowed, n) if nested(s)):
+            starts = [self.found.numbers]
+            if self.before is not None:
+                starts.insert(0, _without(self.before.numbers, parts))
+            elif (mapped := followed(self.found, parts)) is not None:
+                starts.insert(0, mapped)
+            for start in starts:
+                full = self.fit(parts, start)
+                if self.is_sane(full):
+                    return full
+        return self.plain
+
+    def touching(self, full: Trial, pinned: float) -> list[Trial]:
+        """Fits with a contact: pinned, and with a film, as far as they are wished and there is one.
+
+        Pinned, the phase beyond the disc allows a contact radius a turn. With a film that ladder is gone, so the search
+        goes there first, from discs of several sizes, and takes the nearest rung in the end: nearest to the phase of a
+        positive contrast, since a negative one is the same as half a turn.
+        """
+        parts = (*full.parts, "contact", "film")
+        starts = [self._disc(square) for square in _SQUARES]
+        if self.before is not None and "contact" in self.before.parts:
+            starts = [_without(self.before.numbers, parts)]
+        first = sorted((self.fit(parts, at, _FIRST_STEPS) for at in starts), key=lambda fit: fit.solution.chi2)
+        near = [fit for fit in first[:_FURTHER] if fit.solution.chi2 < _FALSE * first[0].solution.chi2]
+        tried: list[Trial] = []
+        for at in near:
+            if not any(_is_beside(at, fit) for fit in tried):
+                tried.append(self.fit(parts, at.numbers))
+        tried = [fit for fit in tried if _is_disc(fit) and self.is_sane(fit)]
+        if not tried:
+            return []
+        loose = min(tried, key=lambda fit: fit.solution.chi2)
+        numbers = loose.numbers.copy()
+        turned = 0.5 if float(loose.solution.point.modulus.mean()) < 0 else 0.0
+        nearest = pinned + np.round(numbers[_PHASE] + turned - pinned)
+        numbers[_CONTACT] += (nearest - numbers[_PHASE] - turned) / (2 * numbers[0])
+        numbers[_PHASE] = nearest
+        tight = self.fit((*full.parts, "contact"), numbers)
+        fits = [tight] if _is_disc(tight) and self.is_sane(tight) and not self.wishes.get("film") else []
+        return fits + [loose] * self.wishes.get("film", True)
+
+    def _disc(self, square: float) -> np.ndarray:
+        """The plain fit's numbers with a disc of a squared radius, the rings beyond it where they were."""
+        numbers = self.found.numbers.copy()
+        numbers[_PHASE], numbers[_CONTACT] = numbers[_PHASE] + 2 * numbers[0] * square, square
+        return numbers
+
+    def is_sane(self, fit: Trial) -> bool:
+        """Whether all numbers of a fit are such as can be meant."""
+        numbers = fit.numbers
+        sizes = [np.hypot(*numbers[4:6]), numbers[6] * self.rim, numbers[8] * self.rim**2]
+        return bool(np.isfinite(numbers).all()) and all(
+            abs(size) < most for size, most in zip(sizes, WARPS.values(), strict=True)
+        )
+
+
+def _coarser(found: Fitted, photograph: Photograph) -> Reduced:
+    block, grid = found.reduced.grid.block, found.reduced.grid
+    sides = min(len(grid.x), len(grid.y)) * block
+    coarse = min(int(_CYCLES / max(finest(found), 1e-9)), sides // _FEWEST)
+    return found.reduced if coarse <= block else reduce(photograph, coarse)
+
+
+def rim(lit: np.ndarray) -> float:
+    """Largest squared distance of the lit field from the image's middle [half diagonals squared]."""
+    x, y = pixels_of(lit)
+    middle_y, middle_x = ((n - 1) / 2 for n in lit.shape)
+    return float(((x - middle_x) ** 2 + (y - middle_y) ** 2).max()) / (middle_x**2 + middle_y**2)
+
+
+def _without(numbers: np.ndarray, parts: tuple[str, ...]) -> np.ndarray:
+    """Numbers without those of parts that are not there."""
+    found = numbers.copy()
+    found[[k for part, own in PARTS.items() if part not in parts for k in own]] = 0.0
+    return found
+
+
+def _is_disc(fit: Trial) -> bool:
+    return bool(0 < fit.numbers[_CONTACT] < _WIDEST)
+
+
+def _is_beside(one: Trial, other: Trial) -> bool:
+    """Whether two fits with a contact go to the same optimum: others are half a turn away."""
+    phase, contact = (np.array([fit.numbers[k] for fit in (one, other)]) for k in (_PHASE, _CONTACT))
+    return bool(np.ptp(phase) < _BESIDE and np.ptp(contact) < _BESIDE * np.abs(contact).max())
+
+
+def nested(parts) -> bool:
+    return "distortion" in parts or "fifth order" not in parts

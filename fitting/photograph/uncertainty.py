@@ -1,0 +1,148 @@
+"""What an image leaves uncertain of its first number, row by row: noise, parts of the model, and what it left out."""
+
+from dataclasses import replace
+from itertools import chain
+
+import numpy as np
+from numpy.polynomial.chebyshev import chebvander
+
+from fitting.estimate import Fitted, Normal, bends, eliminate, evaluate, normal_equations, sums
+from fitting.model import BACKGROUND, PARTS, degrees
+
+# A difference between two halves of the field beyond so many standard deviations is the model's, not the noise's.
+_APART = 3.0
+# Relative differences below this are rounding and unfinished steps.
+_ROUNDING = 1e-7
+# Middle of sodium's D lines in air, and their distance [m]: a wavelength between them may be either line or both.
+_SODIUM, _LINES = 589.294e-9, 0.597e-9
+# A visibility that falls by less tells nothing, and moves no radius.
+_FADING = 0.003
+# The two usual laws of distortion, from the image to the object and back, differ by 3 κ² in the fifth order: taken as
+# one and a half standard deviations where the image does not tell.
+_FIFTH = 2.0
+
+
+def image_rows(
+    found: Fitted,
+    variance: float,
+    rivals: tuple[tuple[str, Fitted], ...],
+    wavelength: float | None,
+) -> list[tuple[str, float]]:
+    """(source, standard deviation of the model's first number) of all that is not a given quantity.
+
+    Noise with the parts' numbers held; then what each part's own numbers add; the law of a distortion; rival models
+    that the image does not rule out; sodium's second line; and what halves of the field differ by beyond their noise.
+    """
+    matrix, active = found.matrix, found.matrix.active
+    own = list(chain.from_iterable(PARTS[part] for part in found.parts))
+    plain = active.copy()
+    plain[own] = False
+    before = matrix.with_active(plain).deviation(0, variance)
+    rows = [("noise", before)]
+    for part in found.parts:
+        if not PARTS[part]:
+            continue
+        plain[list(PARTS[part])] = active[list(PARTS[part])]
+        now = matrix.with_active(plain).deviation(0, variance)
+        rows.append((part, float(np.sqrt(max(now**2 - before**2, 0.0)))))
+        before = max(now, before)
+    if "distortion" in found.parts and "fifth order" not in found.parts:
+        (fifth,) = PARTS["fifth order"]
+        law = min(_FIFTH * float(found.numbers[6]) ** 2, _APART * matrix.own_deviation(fifth, variance))
+        rows.append(("distortion's law", abs(moved_by(found, fifth)) * law))
+    rows += [(name, abs(float(rival.numbers[0] - found.numbers[0]))) for name, rival in rivals]
+    if wavelength is not None and abs(wavelength - _SODIUM) < 0.6 * _LINES:
+        row = _doublet(found)
+        rows += [("sodium's two lines", row)] if row > 0 else []
+    if (apart := halves_apart(found, variance)) > 0:
+        rows.append(("model, by halves of the field", apart))
+    return rows
+
+
+def _doublet(found: Fitted) -> float:
+    """Change of the first number if the light is sodium's doublet, 2 : 1, as far as the fringes fade as its do.
+
+    The mean fringe of both lines is a cosine whose phase bends off the mean line's as the third power of the order,
+    and whose visibility falls as the second: the share of that fall which is seen is the share of the change that
+    counts.
+    """
+    order = found.solution.fields.phase - float(found.numbers[3])
+    apart = 2 * np.pi * order * _LINES / _SODIUM
+    both = (2 * np.exp(1j * apart / 3) + np.exp(-2j * apart / 3)) / 3
+    share = _faded(found, np.abs(both))
+    if share == 0:
+        return 0.0
+    bend = np.angle(both) / (2 * np.pi)
+    return share * abs(float(found.matrix.shift(bends(found.solution, bend[:, None])[0][:, 0])[0]))
+
+
+def _faded(found: Fitted, wanted: np.ndarray) -> float:
+    """How much of a visibility's fall, given at the nodes, the fringes show: 0 to 1."""
+    grid, (x, y) = found.reduced.grid, found.reduced.grid.nodes
+    rows, columns = (np.abs(at[:, None] - blocks).argmin(axis=1) for at, blocks in ((y, grid.y), (x, grid.x)))
+    used = found.left.weights[rows, columns] > 0
+    low = degrees(BACKGROUND)
+    along_y, along_x = (chebvander(grid.scaled(at, axis), BACKGROUND) for axis, at in enumerate((y, x)))
+    smooth = (along_y[:, low[:, 0]] * along_x[:, low[:, 1]]) @ found.solution.background + found.reduced.offset
+    used &= smooth > 0.2 * np.max(smooth)
+    if used.sum() < 10 or np.ptp(wanted[used]) < _FADING:
+        return 0.0
+    seen = np.abs(found.solution.point.modulus)[used] / smooth[used]
+    fall = wanted[used] - wanted[used].mean()
+    return float(np.clip((fall @ seen) / (fall @ fall) / seen.max(), 0.0, 1.0))
+
+
+def moved_by(found: Fitted, number: int) -> float:
+    """Change of the first number when another one that is held moves by one: the implicit function theorem."""
+    return float(found.matrix.shift(found.matrix.matrix[:, number])[0])
+
+
+def halves_apart(found: Fitted, variance: float) -> float:
+    """How far the first number is from that of the better half of the field, beyond what noise explains; 0 for nothing.
+
+    The field is halved at its middle order, column and row. In each half one step of Gauss and Newton's method from
+    the optimum moves curvature, centre, phase and illumination; the parts' numbers are held. Without a misfit the
+    difference has the sum of both variances (Hausman's test, 1978); the whole field's number lies between the halves'
+    as their variances say. The largest of the three ways to halve counts.
+    """
+    own = list(chain.from_iterable(PARTS[part] for part in found.parts))
+    moving = np.array([k for k in np.flatnonzero(found.solution.problem.moving) if k not in own])
+    worst = 0.0
+    for first, second in _halvings(found):
+        one, other = _step(found, first, moving), _step(found, second, moving)
+        if one is None or other is None:
+            continue
+        apart, noise = (one[0] - other[0]) ** 2, (one[1] + other[1]) * variance
+        if apart > max(_APART**2 * noise, (_ROUNDING * float(found.numbers[0])) ** 2):
+            worst = max(worst, np.sqrt(apart - noise) * min(one[1], other[1]) / (one[1] + other[1]))
+    return float(worst)
+
+
+def _halvings(found: Fitted) -> list[tuple[Normal, Normal]]:
+    """Moments of the field's two halves by order, column and row."""
+    grid, used, weights = found.reduced.grid, found.reduced.used, found.left.weights
+    tables = [found.phase, np.broadcast_to(grid.x, used.shape), np.broadcast_to(grid.y[:, None], used.shape)]
+    phase, at = found.solution.fields.phase, found.solution.problem.phase.edges(found.numbers)
+    whole = sums(replace(found.reduced, weights=weights), phase, at)
+    halves = []
+    for table in tables:
+        inside = np.where(table <= np.median(table[used]), weights, np.float32(0))
+        first = sums(replace(found.reduced, weights=inside), phase, at)
+        second = whole._replace(table=whole.table - first.table, square=whole.square - first.square)
+        halves.append((normal_equations(first), normal_equations(second)))
+    return halves
+
+
+def _step(found: Fitted, normal: Normal, moving: np.ndarray) -> tuple[float, float] | None:
+    """The first number's step in part of the field, and its variance per unit of the noise's; None without either."""
+    problem, fields = found.solution.problem, found.solution.fields
+    point = evaluate(eliminate(normal, problem.degrees[0]), fields, problem.degrees[1])
+    matrix = point.matrix[np.ix_(moving, moving)]
+    size = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    if not np.all(size > 0):
+        return None
+    value, vector = np.linalg.eigh(matrix / np.outer(size, size))
+    if value[0] < 1e-12 * value[-1]:
+        return None
+    inverse = (vector / value) @ vector.T / np.outer(size, size)
+    return float(inverse[0] @ point.gradient[moving]), float(inverse[0, 0])

@@ -1,0 +1,5 @@
+"""Files written whole: JSON, PNG, TIFF, HTML."""
+
+from newtonjax.doors import door
+
+__getattr__, __dir__, __all__ = door(__name__)

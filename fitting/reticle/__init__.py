@@ -1,0 +1,5 @@
+"""The verb `scale`: the pixel size from a ruled grid."""
+
+from newtonjax.doors import door
+
+__getattr__, __dir__, __all__ = door(__name__)

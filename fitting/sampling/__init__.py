@@ -1,0 +1,5 @@
+"""Draws from the posterior of a fit."""
+
+from newtonjax.doors import door
+
+__getattr__, __dir__, __all__ = door(__name__)

@@ -1,0 +1,130 @@
+"""Draws from a posterior, and how far they may be trusted."""
+
+from dataclasses import dataclass
+
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.estimate import Fitted
+from fitting.parameters import Quantities
+from fitting.sampling.density import NEAR, Posterior, draws, largest_excursion
+
+# A chain shorter than this many autocorrelation times tells no quantile (emcee's documentation; Sokal 1997).
+_LONG = 50
+
+
+@dataclass(frozen=True)
+class Chain:
+    """What was drawn after burn-in, and how far it may be trusted.
+
+    - `names`; `values` [steps, walkers, names] in SI units (centre in pixels, gap's phase in turns); `log_prob`
+      [steps, walkers], up to a constant.
+    - `autocorrelation_time` [names] in steps (Goodman and Weare 2010); `effective` draws, the fewest of any name.
+    - `acceptance`: mean share of accepted moves; `split_rhat` [names]: half-chains against each other.
+    - `message`: why no quantile is quoted; empty where one is.
+
+    The posterior is that of the model and of what was given: rows of the fit's budget for what the model leaves out are
+    not in it.
+    """
+
+    names: tuple[str, ...]
+    values: np.ndarray
+    log_prob: np.ndarray
+    autocorrelation_time: np.ndarray
+    effective: float
+    acceptance: float
+    split_rhat: np.ndarray
+    message: str
+
+    def of(self, name: str) -> np.ndarray:
+        """All draws of one number. Raises ValueError for an unknown name."""
+        if name not in self.names:
+            raise ValueError(f"the chain has no {name!r}; it has {', '.join(self.names)}")
+        return self.values[:, :, self.names.index(name)].ravel()
+
+    def interval(self, name: str, coverage: float = 0.95) -> tuple[float, float]:
+        """Quantiles with equal tails. Raises ValueError where the chain is too short to tell them."""
+        if self.message:
+            raise ValueError(self.message)
+        low, high = np.quantile(self.of(name), [(1 - coverage) / 2, (1 + coverage) / 2])
+        return float(low), float(high)
+
+    def as_dict(self) -> dict:
+        """The chain's numbers for JSON: by name mean, standard deviation and 95 % (null where it is not told)."""
+        told = not self.message
+        return {
+            "message": self.message,
+            "steps": len(self.values),
+            "walkers": self.values.shape[1],
+            "effective_draws": self.effective,
+            "acceptance": self.acceptance,
+            "parameters": {
+                name: {
+                    "mean": float(self.of(name).mean()),
+                    "sd": float(self.of(name).std()),
+                    "interval": list(self.interval(name)) if told else None,
+                    "autocorrelation_time_steps": float(self.autocorrelation_time[k]),
+                    "split_rhat": float(self.split_rhat[k]),
+                }
+                for k, name in enumerate(self.names)
+            },
+        }
+
+    def report(self) -> str:
+        """The chain as text."""
+        lines = [
+            f"[[Posterior]]  {self.values.shape[1]} chains of {len(self.values)} steps, {self.effective:.0f} effective "
+            f"draws, acceptance {self.acceptance:.2f}" + (f"; {self.message}" if self.message else "")
+        ]
+        for k, name in enumerate(self.names):
+            drawn = self.of(name)
+            lines += [
+                f"    {name:<14} {drawn.mean():.8g} +/- {drawn.std():.2g}"
+                + ("" if self.message else " (95 %: {:.8g} to {:.8g})".format(*self.interval(name)))
+                + f", autocorrelation {self.autocorrelation_time[k]:.0f} steps, R-hat {self.split_rhat[k]:.3f}"
+            ]
+        return "\n".join(lines)
+
+
+def chain_of(
+    target: Posterior, found: Fitted, known: Quantities, points: np.ndarray, log_prob: np.ndarray, acceptance: float
+) -> Chain:
+    """The chain of points [steps, walkers, dimensions] after burn-in, with its diagnostics."""
+    import emcee
+
+    flat = points.reshape(-1, target.dimensions)
+    excursion = float(largest_excursion(target, jnp.asarray(flat)))
+    drawn = draws(target, found, known, flat)
+    values = drawn.values.reshape(*points.shape[:2], -1)
+    time = np.atleast_1d(emcee.autocorr.integrated_time(values, quiet=True, tol=0))
+    length, slowest = len(values), float(np.max(time))
+    message = ""
+    if not np.isfinite(slowest) or length < _LONG * slowest:
+        message = (
+            f"the chain of {length} steps is shorter than {_LONG} autocorrelation times of {slowest:.0f} steps: "
+            f"take at least {int(_LONG * slowest * 4 / 3) + 1 if np.isfinite(slowest) else 4 * length} steps"
+        )
+    if excursion > 0.9 * NEAR:
+        message = (
+            f"the posterior reaches {excursion:.2g} turns from the fit, where the image's moments end ({NEAR:g}): the "
+            "draws are cut off there; take more rings into the picture"
+        )
+    return Chain(
+        drawn.names,
+        values,
+        log_prob,
+        time,
+        values[:, :, 0].size / slowest,
+        acceptance,
+        split_rhat(values),
+        message,
+    )
+
+
+def split_rhat(values: np.ndarray) -> np.ndarray:
+    """Potential scale reduction of half-chains (Gelman et al., Bayesian Data Analysis, 3rd ed., section 11.4)."""
+    half = len(values) // 2
+    chains = np.concatenate([values[:half], values[half : 2 * half]], axis=1)
+    within = chains.var(axis=0, ddof=1).mean(axis=0)
+    between = half * chains.mean(axis=0).var(axis=0, ddof=1)
+    return np.sqrt((half - 1) / half + between / (half * within))

@@ -1,0 +1,207 @@
+"""The posterior of a fit's numbers on fringe moments: the image's exact likelihood, without the image."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from fitting.estimate import CONTRAST, Fitted, Moments, bends, contrast_at_nodes, moments, sums
+from fitting.model import (
+    BACKGROUND,
+    NUMBERS,
+    GapModel,
+    SceneModel,
+    as_arrays,
+    degrees,
+    held_numbers,
+    model_coefficients,
+)
+from fitting.parameters import Quantities, change, held_turns, quantities_of
+
+# A phase further from the moments' reference [turns] is not resolved by their basis: a cubic drift of so much puts
+# chi-squared off by 5e-8 of it (6e-4 in 1.1e4, 256 x 256 pixels), of 0.25 by 1e-9.
+NEAR = 0.4
+
+
+class Posterior(eqx.Module):
+    """The log-posterior of a fit: of the model's free numbers, and of the given quantities with standard deviations.
+
+    A point holds the free numbers that move, in units of their noise about where the optimum is for the given
+    quantities, then each of these, in its own standard deviations from its value. The priors are flat in the free
+    numbers and in the coefficients of background and contrast, which are integrated over, and normal in what is given.
+    """
+
+    model: GapModel | SceneModel
+    kept: Moments
+    optimum: Float[Array, " free"]
+    spread: Float[Array, "moving moving"]
+    variance: Float[Array, ""]
+    relative_sd: Float[Array, " given"]
+    lean: Float[Array, "moving given"]
+    held_turns: Float[Array, ""]
+    moving: tuple[int, ...] = eqx.field(static=True)
+    given: tuple[str, ...] = eqx.field(static=True)
+    unknown: str | None = eqx.field(static=True)
+    shape: tuple[int, int] = eqx.field(static=True)
+
+    def __call__(self, point: Float[Array, " dimensions"]) -> Float[Array, ""]:
+        """Log-density up to a constant; -inf where the moments do not hold it."""
+        phase, contrast = self._fields(point)
+        _, factors = self.numbers(point)
+        chi2, volume = _marginal(self.kept, phase, contrast, self.shape)
+        steps = point[len(self.moving) :]
+        density = -0.5 * (chi2 / self.variance + volume + steps @ steps)
+        known = (self._away(phase) < NEAR) & (factors > 0).all() & jnp.isfinite(density)
+        return jnp.where(known, density, -jnp.inf)
+
+    def excursion(self, point: Float[Array, " dimensions"]) -> Float[Array, ""]:
+        """Largest distance of the phase from the moments' reference [turns]."""
+        return self._away(self._fields(point)[0])
+
+    def _away(self, phase: Float[Array, " nodes"]) -> Float[Array, ""]:
+        return jnp.abs(phase - self.kept.reference).max()
+
+    def _fields(self, point: Float[Array, " dimensions"]) -> Float[Array, "2 nodes"]:
+        free, factors = self.numbers(point)
+        return _with(self.model, self.unknown, dict(zip(self.given, factors, strict=True)))(free)
+
+    def numbers(self, point: Float[Array, " dimensions"]) -> tuple[Float[Array, " free"], Float[Array, " given"]]:
+        """The model's free numbers at a point, and the factors of what is given."""
+        count = len(self.moving)
+        step = self.spread @ point[:count] + self.lean @ point[count:]
+        free = self.optimum.at[np.array(self.moving)].add(step)
+        factors = 1 + self.relative_sd * point[count:]
+        by_name = dict(zip(self.given, factors, strict=True))
+        # A held gap is so many half wavelengths in its medium as both of these say.
+        longer = by_name.get("index", 1.0) / by_name.get("wavelength", 1.0)
+        return free.at[3].add(self.held_turns * (longer - 1)), factors
+
+    @property
+    def dimensions(self) -> int:
+        return len(self.moving) + len(self.given)
+
+
+@eqx.filter_jit
+def log_density(target: Posterior, points: Float[Array, "walkers dimensions"]) -> Float[Array, " walkers"]:
+    """The log-posterior of many points at once."""
+    return jax.vmap(target)(points)
+
+
+@eqx.filter_jit
+def largest_excursion(target: Posterior, points: Float[Array, "n dimensions"]) -> Float[Array, ""]:
+    """Of any of the points [turns]."""
+    return jax.lax.map(target.excursion, points, batch_size=1024).max()
+
+
+def posterior(found: Fitted, known: Quantities, variance: float, covariance: np.ndarray) -> Posterior:
+    """The posterior of a finished fit, for the noise's variance per unit weight and the covariance at the optimum."""
+    moving = tuple(k for k in range(len(NUMBERS)) if k not in held_numbers(found.fixed, found.parts))
+    given = tuple(name for name, sd in known.sd.items() if sd) if known.unknown else ()
+    gap_is_held = "gap" in found.fixed and isinstance(found.model, GapModel)
+    inner = covariance[np.ix_(moving, moving)]
+    target = Posterior(
+        model=as_arrays(found.model),
+        kept=_moments(found),
+        optimum=jnp.asarray(found.numbers),
+        spread=jnp.asarray(np.linalg.cholesky(inner)),
+        variance=jnp.asarray(variance),
+        relative_sd=jnp.asarray([known.sd[name] / known.given[name] for name in given]),
+        lean=jnp.zeros((len(moving), len(given))),
+        held_turns=jnp.asarray(held_turns(found.fixed, known) if gap_is_held else 0.0),
+        moving=moving,
+        given=given,
+        unknown=known.unknown,
+        shape=found.shape,
+    )
+    return eqx.tree_at(lambda t: t.lean, target, _lean(target, found)) if given else target
+
+
+def _moments(found: Fitted) -> Moments:
+    """Moments with the fit's weights about its phase, in double precision: a chain takes differences of them."""
+    phase, numbers = found.solution.fields.phase, found.numbers
+    light, weights = found.reduced.light.astype(float), found.left.weights.astype(float)
+    weighted = replace(found.reduced, light=light, weights=weights)
+    return moments(*sums(weighted, phase, found.solution.problem.phase.edges(numbers)))
+
+
+def _lean(target: Posterior, found: Fitted) -> Float[Array, "moving given"]:
+    """How the optimum moves with each given quantity, per standard deviation: the implicit function theorem.
+
+    Else a held gap of many waves, or a bench, would leave a ridge that no ensemble finds its way along.
+    """
+    origin, unit = jnp.zeros(target.dimensions), jnp.eye(target.dimensions)[len(target.moving) :]
+    changes = jax.vmap(lambda e: jax.jvp(lambda p: target._fields(p)[0], (origin,), (e,))[1])(unit)
+    steps = found.matrix.shift(bends(found.solution, np.asarray(changes).T)[0])
+    return jnp.asarray(steps[np.searchsorted(np.flatnonzero(found.matrix.active), target.moving)])
+
+
+def _with(model: GapModel | SceneModel, unknown: str | None, factors: dict) -> GapModel | SceneModel:
+    """The model with given quantities multiplied."""
+    if isinstance(model, SceneModel):
+        scene, pixel_size = model.scene, model.pixel_size * factors.get("pixel_size", 1.0)
+        for name in factors.keys() - {"pixel_size"}:
+            scene = change(scene, name, factors[name], model.face)
+        return eqx.tree_at(lambda m: (m.scene, m.pixel_size), model, (scene, pixel_size))
+    if unknown not in ("radius", "pixel_size"):
+        # Then the sphere is given: s/R, or with the index free as well.
+        factor = model.sphere[0] * factors.get("pixel_size", 1.0) / factors.get("radius", 1.0)
+    elif unknown == "radius":
+        factor = model.sphere[0] * factors.get("wavelength", 1.0)
+        factor = factor / (factors.get("index", 1.0) * factors.get("pixel_size", 1.0))
+    else:
+        factor = factors.get("wavelength", 1.0) / (factors.get("index", 1.0) * factors.get("radius", 1.0))
+        factor = model.sphere[0] * jnp.sqrt(factor)
+    return eqx.tree_at(lambda m: m.sphere[0], model, factor)
+
+
+def _marginal(kept: Moments, phase, contrast, shape: tuple[int, int]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    """Chi-squared of the best background and contrast (less a constant), and log det of their normal matrix."""
+    low = int((degrees(BACKGROUND).sum(axis=1) <= shape[0]).sum())  # lowest degrees come first
+    high = int((degrees(CONTRAST).sum(axis=1) <= shape[1]).sum())
+    shapes = contrast[:, None] * jnp.asarray(contrast_at_nodes()[:, :high])
+    nothing = jnp.zeros(len(degrees(BACKGROUND)))
+    fringes = jax.vmap(lambda s: model_coefficients(nothing, s, phase, kept.reference), 1, 1)(shapes)
+    columns = jnp.concatenate([kept.root[:, :low], kept.root @ fringes], axis=1)
+    lower = jnp.linalg.cholesky(columns.T @ columns)
+    best = jax.scipy.linalg.solve_triangular(lower, columns.T @ kept.target, lower=True)
+    return -(best @ best), 2 * jnp.log(jnp.diag(lower)).sum()
+
+
+class Draws(NamedTuple):
+    """Draws in the units of a result: columns by name."""
+
+    names: tuple[str, ...]
+    values: np.ndarray
+
+
+def draws(target: Posterior, found: Fitted, known: Quantities, points: np.ndarray) -> Draws:
+    """The quantities at points of a posterior [n, dimensions]: the measured one, centre [px], turns, given ones."""
+    free, factors = (np.asarray(table) for table in jax.vmap(target.numbers)(jnp.asarray(points)))
+    unit, middle = found.model.frame.unit, found.model.frame.middle
+    given = {name: known.given[name] * factor for name, factor in zip(target.given, factors.T, strict=True)}
+    columns: dict[str, np.ndarray] = {
+        known.unknown or "fringe_scale_per_px2": _measured(found, known, free[:, 0], given)
+    }
+    columns |= {"centre_x_px": middle[0] + free[:, 1] * unit, "centre_y_px": middle[1] + free[:, 2] * unit}
+    columns |= {"gap_turns": free[:, 3]} | dict(zip(NUMBERS[4:], free[:, 4:].T, strict=True))
+    pixel = given.get("pixel_size", known.given.get("pixel_size", 1.0))
+    columns["contact"] = np.sqrt(np.clip(free[:, 7], 0, None)) * unit * pixel
+    kept = [name for k, name in enumerate(columns) if k in target.moving]
+    renamed = {"contact": "contact_radius" if known.unknown else "contact_radius_px"}
+    columns = {renamed.get(name, name): columns[name] for name in kept} | given
+    return Draws(tuple(columns), np.stack(list(columns.values()), axis=1))
+
+
+def _measured(found: Fitted, known: Quantities, first: np.ndarray, given: dict[str, np.ndarray]) -> np.ndarray:
+    """The measured quantity of the first free number, for given ones as drawn."""
+    if known.unknown is None:
+        return first / found.model.frame.unit**2
+    model = found.model
+    if isinstance(model, SceneModel):
+        own = {**quantities_of(model.scene, model.face), "pixel_size": float(model.pixel_size)}
+        return own[known.unknown] * (1 + first)
+    return known.solve(first / model.frame.unit**2, given)

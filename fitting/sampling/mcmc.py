@@ -1,0 +1,164 @@
+"""Draws from the posterior of a fit: emcee's ensemble sampler on the moments, all walkers in one call; or NUTS."""
+
+import hashlib
+import signal
+import threading
+from collections.abc import Callable
+from contextlib import contextmanager
+from pathlib import Path
+
+import emcee
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.photograph import FitResult
+from fitting.sampling.chain import Chain, chain_of
+from fitting.sampling.density import Posterior, log_density, posterior
+from newtonjax.numerics import x64
+
+# Differential evolution (ter Braak 2006), with a jump between modes in every tenth step: a third of the stretch move's
+# autocorrelation time in six dimensions (measured: 22 steps against 79). Not emcee's snooker move, whose acceptance
+# takes half of the exponent that ter Braak and Vrugt (2008, eq. 8) give: it draws deviations 4 % too small.
+MOVES = [(emcee.moves.DEMove(), 0.9), (emcee.moves.DEMove(gamma0=1.0), 0.1)]
+
+
+class OtherChainError(ValueError):
+    """A file holds the chain of another fit."""
+
+
+def sample(
+    result: FitResult,
+    *,
+    walkers: int | None = None,
+    steps: int = 2000,
+    seed: int = 0,
+    sampler: str = "emcee",
+    file: str | Path | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Chain:
+    """Draw from the posterior of a fit.
+
+    Free are the numbers that the fit measured, and every given quantity that has a standard deviation, which is its
+    normal prior; priors of the rest are flat. Background and contrast are integrated over. The noise's variance is the
+    fit's, correlation included. The first quarter of the steps is burn-in and dropped. Ctrl-C keeps what is there.
+
+    Args:
+      result: of `fitting.fit`.
+      walkers: of the ensemble, 32 unless given; or chains of NUTS, 4.
+      steps: of every walker, burn-in included.
+      seed: of the random numbers.
+      sampler: "emcee", or "nuts" (Hoffman and Gelman 2014; the extra `nuts`).
+      file: an HDF5 file (emcee's backend) that keeps every step; where it is there already, the chain goes on from it.
+      progress: called with the steps done and their number.
+
+    Raises ValueError for a result without a fit, too few walkers or steps, and a file of another fit.
+
+    """
+    if result.evidence is None:
+        raise ValueError(f"the fit has no posterior: it is {result.status}; {result.message}")
+    if sampler not in ("emcee", "nuts"):
+        raise ValueError(f"sampler is {sampler!r}; allowed: 'emcee' or 'nuts'")
+    if sampler == "nuts" and file is not None:
+        raise ValueError("file is emcee's; leave it out with sampler='nuts'")
+    if steps < 8:
+        raise ValueError(f"steps is {steps}; allowed: at least 8")
+    found, known, variance, covariance = result.evidence
+    if known.plate is not None:
+        raise ValueError("a chain holds the rings' own radius; fit without plate_radius, and take the plate off after")
+    with x64():
+        target = posterior(found, known, variance, covariance)
+        if sampler == "nuts":
+            from fitting.sampling.nuts import run
+
+            points, log_prob, acceptance = run(target, 4 if walkers is None else walkers, steps, seed)
+            return chain_of(target, found, known, points, log_prob, acceptance)
+        walkers = 32 if walkers is None else walkers
+        if walkers < 2 * target.dimensions + 2:
+            raise ValueError(f"walkers is {walkers}; allowed: at least {2 * target.dimensions + 2} here")
+        ensemble = _ensemble(target, walkers, steps, seed, file, progress)
+        burned = ensemble.iteration // 4
+        points, log_prob = (np.asarray(get(discard=burned)) for get in (ensemble.get_chain, ensemble.get_log_prob))
+        if len(points) < 8:
+            raise ValueError(f"only {ensemble.iteration} steps were taken; let it run longer")
+        return chain_of(target, found, known, points, log_prob, float(np.mean(ensemble.acceptance_fraction)))
+
+
+def _ensemble(target: Posterior, walkers: int, steps: int, seed: int, file, progress) -> emcee.EnsembleSampler:
+    """The sampler after its steps, or those that there was time for."""
+    backend = None if file is None else _backend(Path(file), target, walkers)
+    ensemble = emcee.EnsembleSampler(
+        walkers,
+        target.dimensions,
+        lambda points: np.asarray(log_density(target, jnp.asarray(points))),
+        moves=MOVES,
+        backend=backend,
+        vectorize=True,
+    )
+    generator = np.random.RandomState(seed)
+    if backend is not None and ensemble.iteration:
+        state = backend.get_last_sample()
+    else:
+        ensemble.random_state = generator.get_state()
+        state = _inside(target, generator.normal(size=(walkers, target.dimensions)))
+    try:
+        with _between_steps() as interrupted:
+            for _ in ensemble.sample(state, iterations=max(steps - ensemble.iteration, 0)):
+                if progress is not None:
+                    progress(ensemble.iteration, steps)
+                if interrupted():
+                    raise KeyboardInterrupt
+    except KeyboardInterrupt:
+        if ensemble.iteration < 16:
+            raise
+    return ensemble
+
+
+@contextmanager
+def _between_steps():
+    """Keep Ctrl-C until a step is done: in the middle of one emcee prints a traceback. Yields whether it was pressed.
+
+    Only the main thread has signals; elsewhere nothing changes.
+    """
+    pressed = []
+    if threading.current_thread() is not threading.main_thread():
+        yield lambda: False
+        return
+    before = signal.signal(signal.SIGINT, lambda *_: pressed.append(True))
+    try:
+        yield lambda: bool(pressed)
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _backend(file: Path, target: Posterior, walkers: int) -> emcee.backends.HDFBackend:
+    """The chain's file, made anew or found to be this fit's. Raises ValueError where it is another's, or no chain."""
+    import h5py
+
+    numbers = (leaf for leaf in jax.tree.leaves(target) if isinstance(leaf, jax.Array | np.ndarray))
+    mark = hashlib.sha256(b"".join(np.asarray(leaf).tobytes() for leaf in numbers)).hexdigest()[:16]
+    backend = emcee.backends.HDFBackend(str(file))
+    if file.exists():
+        try:
+            with h5py.File(file) as there:
+                before = there.attrs["fit"], tuple(there["mcmc/chain"].shape[1:])  # pyright: ignore[reportAttributeAccessIssue]  # h5py's types leave open what a name holds
+        except (OSError, KeyError, AttributeError) as error:
+            raise ValueError(f"{file} is no chain of ours; name another file") from error
+        if before != (mark, (walkers, target.dimensions)):
+            raise OtherChainError(f"{file} holds the chain of another fit or of other walkers; name another file")
+        return backend
+    backend.reset(walkers, target.dimensions)
+    with h5py.File(file, "a") as there:
+        there.attrs["fit"] = mark
+    return backend
+
+
+def _inside(target: Posterior, points: np.ndarray) -> np.ndarray:
+    """Points drawn together about the optimum until each has a density: a wide posterior ends where the moments do."""
+    if not np.isfinite(np.asarray(log_density(target, jnp.zeros((1, target.dimensions))))).all():
+        raise ValueError(
+            "the fit's own optimum has no density: it did not settle; mask what is not rings, or give start"
+        )
+    while not np.isfinite(np.asarray(log_density(target, jnp.asarray(points)))).all():
+        points = points / 2
+    return points

@@ -1,0 +1,82 @@
+"""What a verb does with its answer: text or JSON on the screen, files in a folder, a reason, an exit status."""
+
+import io
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from fitting.report import output
+
+_EXIT = {"ok": 0, "no-scale": 0, "refused": 3, "not-converged": 4}
+_NAMES = {"picture": "result.png", "report": "report.txt", "json": "result.json"}
+
+
+class Extras(NamedTuple):
+    """What a verb adds: keys of the answer, text after the report, files of the folder made from the picture."""
+
+    answer: Mapping[str, Any] = MappingProxyType({})
+    text: str = ""
+    files: Callable[[bytes], dict[str, bytes | str]] | None = None
+
+
+class Outputs(NamedTuple):
+    """Where the answer goes: a JSON file or "-", a folder, whether files there may be replaced, and more of them."""
+
+    json: str | None = None
+    folder: Path | None = None
+    force: bool = False
+    more: tuple[str, ...] = ()
+
+    def in_folder(self) -> dict[str, Path]:
+        """The files of the folder by what they hold; `more` of them by their own names."""
+        names = _NAMES | {name: name for name in self.more}
+        return {} if self.folder is None else {kind: self.folder / name for kind, name in names.items()}
+
+    def check(self, keep: tuple[Path, ...]) -> None:
+        """Make the folder, and refuse before the work starts what cannot be written; `keep` is what the command reads.
+
+        Raises OSError and ValueError as `output.check_free` does.
+        """
+        if self.folder is not None:
+            if self.folder.exists() and not self.folder.is_dir():
+                raise NotADirectoryError(f"--output-dir {self.folder} is no folder; name another one")
+            self.folder.mkdir(parents=True, exist_ok=True)
+        output.check_free([*self.in_folder().values(), *filter(None, [self._json_path()])], self.force, keep=keep)
+
+    def write(self, result, picture: Callable[[Any], bytes], extras: Extras | None = None) -> int:
+        """Print the report, or why there is no answer, and write the files that were asked for; the exit status.
+
+        `extras`: more for the answer, for the text, and for the folder.
+        """
+        status, extras = _EXIT[result.status], extras or Extras()
+        answer, text = output.json_text({**result.as_dict(), **extras.answer}), result.report() + extras.text
+        paths = self.in_folder()
+        if self.json == "-":
+            sys.stdout.write(answer)
+        elif status != 3:
+            print(text)
+        if path := self._json_path():
+            output.write(path, answer, self.force)
+        if paths:
+            output.write(paths["report"], text + "\n", self.force)
+            output.write(paths["json"], answer, self.force)
+        if paths and status != 3:
+            drawn = picture(result)
+            output.write(paths["picture"], drawn, self.force)
+            for name, content in (extras.files(drawn) if extras.files else {}).items():
+                output.write(paths[name], content, self.force)
+        if status:
+            print(f"newtonjax: {result.status}: {' '.join(result.message.split())}", file=sys.stderr)
+        return status
+
+    def _json_path(self) -> Path | None:
+        return None if self.json in (None, "-") else Path(str(self.json))
+
+
+def as_png(figure) -> bytes:
+    """A matplotlib figure as a PNG file."""
+    file = io.BytesIO()
+    figure.savefig(file, format="png", dpi=120)
+    return file.getvalue()

@@ -1,0 +1,45 @@
+"""NAME=VALUE at the shell, in the unit that the name has."""
+
+from fitting.shell import quantities
+
+_EXAMPLES = {"--vary": "400nm:700nm", "--known": "0.1nm", "--choose": "532nm,589.3nm"}
+
+
+def pairs(option: str, texts: list[str]) -> list[tuple[str, str]]:
+    """(name, what it is given) of each text; several names may stand in one, with spaces between."""
+    found = []
+    for text in (part for whole in texts for part in whole.split()):
+        name, equals, value = text.partition("=")
+        if not (name and equals and value):
+            raise ValueError(f"{option} {text!r}: give NAME=..., such as wavelength={_EXAMPLES[option]}")
+        found.append((name.replace("-", "_"), value))
+    if twice := {name for name, _ in found if [n for n, _ in found].count(name) > 1}:
+        raise ValueError(f"{option} names {sorted(twice)[0]} twice; give it once")
+    return found
+
+
+def span(name: str, text: str, units: dict[str, str]) -> tuple[float, float]:
+    """LOW:HIGH."""
+    low, colon, high = text.partition(":")
+    if not colon:
+        raise ValueError(f"{name}={text}: give LOW:HIGH, such as 400nm:700nm")
+    return number(name, low, units), number(name, high, units)
+
+
+def number(name: str, text: str, units: dict[str, str]) -> float:
+    """A number in the unit that its name has. Raises ValueError for names and texts that are none."""
+    if name not in units:
+        raise ValueError(f"{name!r} is no number of this scene; allowed: {', '.join(units)}")
+    if units[name] == "m":
+        return quantities.length(text)
+    if units[name] == "rad":
+        return quantities.angle(text)
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(f"{name}={text}: give a plain number{f' of {units[name]}' if units[name] else ''}") from None
+
+
+def known(texts: list[str], units: dict[str, str]) -> dict[str, float | str]:
+    """Standard deviations by name: in the unit of the number, or as a percentage of it."""
+    return {name: text if text.endswith("%") else number(name, text, units) for name, text in pairs("--known", texts)}

@@ -1,0 +1,164 @@
+"""The verbs `fit` and `demo`: from a photograph and options to an answer on the screen and in files."""
+
+import shlex
+import sys
+import tomllib
+from importlib.resources import as_file, files
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import fitting
+from fitting.shell import scale_verb, session
+from fitting.shell.answer import Extras, Outputs, as_png
+from fitting.shell.lamps import Wavelength
+from fitting.shell.progress import progress, steps
+
+
+class Given(NamedTuple):
+    """What the user knows, in SI; None for what was not given."""
+
+    wavelength: Wavelength | None = None
+    pixel_size: float | None = None
+    wavelength_sd: float | None = None
+    pixel_size_sd: float | None = None
+    radius: float | None = None
+    view: str | None = None
+    scene: Path | None = None
+    transfer: float | str | None = None
+    scale_from: Path | None = None
+    contact: bool | None = None
+    mask: Path | None = None
+    mcmc: bool = False
+    plate_radius: float | None = None
+    plate_radius_sd: float | None = None
+
+
+def run(photo: Path, given: Given, outputs: Outputs) -> int:
+    """Fit, report, write; the exit status."""
+    pictures = ("corner.png", "trace.png") if given.mcmc else ()
+    outputs = outputs._replace(more=("report.html", *pictures))
+    _check(photo, given, outputs)
+    session.prepare()
+    arguments = _arguments(given)
+    with progress(f"fitting {photo.name}"):
+        result = fitting.fit(photo, **arguments)
+    chain = _chain(result, outputs) if given.mcmc and result.evidence is not None else None
+    return outputs.write(result, _picture, _extras(result, photo, chain))
+
+
+def _chain(result, outputs: Outputs):
+    """Draws from the posterior; in a folder every step is kept, and a chain that was broken off goes on."""
+    from fitting.sampling import OtherChainError
+
+    file = None if outputs.folder is None else outputs.folder / "chain.h5"
+    with steps("drawing from the posterior") as report:
+        try:
+            return fitting.sample(result, file=file, progress=report)
+        except OtherChainError:
+            if file is None or not outputs.force:
+                raise
+            file.unlink()
+            return fitting.sample(result, file=file, progress=report)
+
+
+def _extras(result, photo: Path, chain) -> Extras:
+    command = " ".join(["newtonjax", *map(shlex.quote, sys.argv[1:])])
+
+    def files(picture: bytes) -> dict[str, bytes | str]:
+        drawn, made = {"Photograph and fit": picture}, {}
+        if chain is not None:
+            from fitting.sampling import corner_figure, trace_figure
+
+            made = {"corner.png": as_png(corner_figure(chain)), "trace.png": as_png(trace_figure(chain))}
+            drawn |= {"Posterior": made["corner.png"], "Chain": made["trace.png"]}
+        from fitting.report import page
+
+        return {**made, "report.html": page(result, photo, command, drawn, chain)}
+
+    if chain is None:
+        return Extras(files=files)
+    return Extras({"posterior": chain.as_dict()}, "\n" + chain.report(), files)
+
+
+def demo(folder: Path, force: bool) -> int:
+    """Fit the sample and compare with its truth; the exit status."""
+    data = files("fitting") / "data"
+    sample = tomllib.loads((data / "sample.toml").read_text(encoding="utf-8"))
+    outputs = Outputs(folder=folder, force=force)
+    with as_file(data / "sample.png") as photo:
+        _check(photo, Given(), outputs)
+        session.prepare()
+        with progress("fitting the sample"):
+            result = fitting.fit(photo, **sample["given"])
+    status = outputs.write(result, _picture)
+    print(_comparison(result, sample["truth"]["radius"]))
+    print(f"picture: {outputs.in_folder()['picture']}")
+    return status
+
+
+def _check(photo: Path, given: Given, outputs: Outputs) -> None:
+    """Refuse before anything slow starts what cannot be read or written."""
+    read = {photo: "photograph", given.scene: "scene", given.mask: "mask", given.scale_from: "scale's JSON"}
+    for path, what in read.items():
+        if path is not None and not path.is_file():
+            raise FileNotFoundError(f"{path} is no file; give the path of a {what}")
+    if given.scale_from is not None and given.pixel_size is not None:
+        raise ValueError("--scale-from and --pixel-size both give the pixel size; leave one out")
+    if given.mcmc and given.plate_radius is not None:
+        raise ValueError("--mcmc draws the rings' own radius; leave --plate-radius out, and take the plate off after")
+    outputs.check(tuple(filter(None, read)))
+
+
+def _arguments(given: Given) -> dict:
+    """The arguments of `fitting.fit`; what a scene file says stands in for what was not given."""
+    from fitting.photo import read_mask
+
+    known: dict[str, Any] = {
+        "wavelength_sd": given.wavelength_sd,
+        "pixel_size": given.pixel_size,
+        "pixel_size_sd": given.pixel_size_sd,
+        "radius": given.radius,
+        "transfer": given.transfer,
+    }
+    if given.wavelength is not None and given.wavelength_sd is None:
+        known["wavelength_sd"] = given.wavelength.sd
+    for name in ("plate_radius", "plate_radius_sd"):
+        if getattr(given, name) is not None:
+            known[name] = getattr(given, name)
+    if given.mask is not None:
+        known["mask"] = read_mask(given.mask)
+    if given.contact is not None:
+        known["parts"] = {"contact": given.contact}
+    if given.scale_from is not None:
+        known |= scale_verb.from_file(given.scale_from)
+    if given.scene is None:
+        wavelength = None if given.wavelength is None else given.wavelength.within(1.0)
+        return {**known, "wavelength": wavelength, "view": given.view}
+    from newtonjax import load_scene
+
+    scene, camera = load_scene(given.scene)
+    if given.view not in (None, scene.view):
+        raise ValueError(f"--view {given.view}: the scene in {given.scene} is seen {scene.view}; leave --view out")
+    if given.wavelength is not None:
+        known["wavelength"] = given.wavelength.within(float(scene.media[0]))
+    elif given.radius is None:
+        known["wavelength"] = float(scene.wavelength)
+    if known["pixel_size"] is None and camera is not None:
+        known["pixel_size"] = float(camera.pixel_size)
+    return {**known, "view": scene.view, "scene": scene}
+
+
+def _picture(result) -> bytes:
+    from fitting.photograph import result_figure
+
+    return as_png(result_figure(result))
+
+
+def _comparison(result, truth: float) -> str:
+    if result.radius is None:
+        return f"true radius: {truth:.6g} m; found: none"
+    away = abs(result.radius - truth) / result.radius_sd
+    return (
+        f"true radius: {truth:.6g} m; found: {result.radius:.6g} +/- {result.radius_sd:.2g} m, "
+        f"{away:.2g} standard deviations away"
+    )

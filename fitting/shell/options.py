@@ -1,0 +1,149 @@
+"""The options of the command: what each reads, and what its help says."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from fitting.shell import lamps, quantities
+
+
+def option(parse: Callable[[str], Any], metavar: str, what: str, default: str = "") -> Any:
+    """An option whose text one function reads; the function's ValueError becomes the message of a wrong option.
+
+    `default` is shown only: the option itself is None where it is not given.
+    """
+
+    def read(text: str):
+        try:
+            return parse(text)
+        except ValueError as error:
+            raise typer.BadParameter(str(error)) from None
+
+    return typer.Option(parser=read, metavar=metavar, help=what, show_default=default or False)
+
+
+def one_by_one(arguments: list[str]) -> list[str]:
+    """`--vary a=1 b=2` as `--vary a=1 --vary b=2`: of the options that take NAME=VALUE."""
+    made, option = [], ""
+    for argument in arguments:
+        if argument.startswith("-"):
+            option = argument if argument in ("--vary", "--known", "--choose") else ""
+        elif option and "=" in argument and made[-1] != option:
+            made.append(option)
+        made.append(argument)
+    return made
+
+
+def own_columns(texts: list[str]) -> dict[str, str]:
+    """A table's own names of columns, of `--column diameter_mm=D`."""
+    found = {}
+    for text in texts:
+        name, sign, own = (part.strip() for part in text.partition("="))
+        if not (name and sign and own):
+            raise ValueError(f"--column {text!r}; give NAME=COLUMN, such as diameter_mm=D")
+        found[name] = own
+    return found
+
+
+def _screen(text: str) -> float | str:
+    return "gap" if text == "gap" else quantities.length(text)
+
+
+def _transfer(text: str) -> float | str:
+    if text in ("linear", "srgb"):
+        return text
+    try:
+        exponent = float(text)
+    except ValueError:
+        exponent = 0.0
+    if not 0.1 <= exponent <= 10:
+        raise ValueError(f"{text!r}; give linear, srgb, or an exponent between 0.1 and 10, such as 2.2")
+    return exponent
+
+
+def _shape(text: str) -> tuple[int, int]:
+    rows, cross, columns = text.partition("x")
+    if not (cross and rows.isdecimal() and columns.isdecimal() and int(rows) and int(columns)):
+        raise ValueError(f"{text!r}; give ROWSxCOLUMNS, such as 1024x1024")
+    return int(rows), int(columns)
+
+
+Radius = Annotated[float | None, option(quantities.length, "LENGTH", "Radius of the lens's convex face.", "1m")]
+Gap = Annotated[float | None, option(quantities.length, "LENGTH", "Gap at the apex, or on the wedge's axis.", "0nm")]
+Screen = Annotated[Any, option(_screen, "LENGTH|gap", "Distance of the screen, or a microscope on the gap.", "1mm")]
+Beams = Annotated[
+    Any,
+    option(
+        lambda text: tuple(text.split(",")),
+        "NAMES",
+        "Beams that meet, by their reflections: direct,R2-R1 or R1,R2,R3 (faces from 0 on, as light meets them).",
+        "the gap's two",
+    ),
+]
+Polarization = Annotated[
+    float | None, option(quantities.angle, "ANGLE", "Linear polarization from x towards y.", "unpolarized")
+]
+Shield = Annotated[
+    float | None,
+    option(quantities.positive_length, "LENGTH", "Radius of a round hole in a shield where the light leaves.", "none"),
+]
+Collecting = Annotated[
+    float | None,
+    option(
+        quantities.positive_length, "LENGTH", "Focal length of a lens that images the gap on a distant screen.", "none"
+    ),
+]
+Angle = Annotated[float | None, option(quantities.angle, "ANGLE", "Angle of the wedge.", "0.1mrad")]
+Shape = Annotated[Any, option(_shape, "ROWSxCOLUMNS", "Pixels of the image.", "1024x1024")]
+Wave = Annotated[Any, option(lamps.wavelength, "LENGTH|LINE", "Vacuum wavelength, or a line such as sodium.")]
+Pixel = Annotated[
+    float | None, option(quantities.positive_length, "LENGTH", "Size of a pixel at the object, in the gap.")
+]
+ScreenPixel = Annotated[
+    float | None,
+    option(quantities.positive_length, "LENGTH", "Distance of pixel centres on the screen.", "5um"),
+]
+PixelSd = Annotated[
+    float | None, option(quantities.length_from_zero, "LENGTH", "Standard deviation of the pixel size.")
+]
+WaveSd = Annotated[float | None, option(quantities.length_from_zero, "LENGTH", "Standard deviation of the wavelength.")]
+View = Annotated[
+    Literal["reflected", "transmitted"] | None,
+    typer.Option(help="How the rings were seen.", show_default="reflected"),
+]
+Force = Annotated[bool, typer.Option("--force", help="Overwrite files that are there already.")]
+OutputDir = Annotated[
+    Path | None, typer.Option(metavar="FOLDER", help="Folder for the picture, the report and the answer.")
+]
+Json = Annotated[str | None, typer.Option("--json", metavar="FILE|-", help="Write the answer as JSON (- is stdout).")]
+Transfer = Annotated[Any, option(_transfer, "linear|srgb|GAMMA", "How the file codes light, where it is not as usual.")]
+ScaleFrom = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Pixel size and its deviation, from the JSON of `newtonjax scale`.")
+]
+Contact = Annotated[
+    bool | None,
+    typer.Option(
+        "--contact/--no-contact", help="A lens pressed flat on the plate.", show_default="if the image has it"
+    ),
+]
+PlateRadius = Annotated[
+    float | None,
+    option(quantities.length, "LENGTH", "Radius of a curved plate, negative where it is hollow to the lens.", "flat"),
+]
+PlateSd = Annotated[
+    float | None, option(quantities.length_from_zero, "LENGTH", "Standard deviation of the plate's radius.")
+]
+MaskImage = Annotated[
+    Path | None, typer.Option(metavar="IMAGE", help="An image of the photograph's size, black where it is not used.")
+]
+Epsilon = Annotated[
+    float | None,
+    option(
+        quantities.positive_length,
+        "LENGTH",
+        "For splat: how far apart two rays of a source node may land to interfere.",
+        "a pixel's diagonal",
+    ),
+]

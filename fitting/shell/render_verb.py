@@ -1,0 +1,237 @@
+"""The verb `render`: from options to a scene, a camera, a method, and a file."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+import newtonjax as nj
+from fitting.report import output, png, tiff
+from fitting.shell import session
+from fitting.shell.lamps import Wavelength
+from fitting.shell.progress import progress
+from newtonjax.methods import AbstractMethod, Splatted, why_unpaired
+from newtonjax.numerics import image_memory
+from newtonjax.planning import folds
+
+_ANY = ("gap", "wavelength", "screen", "beams", "polarization", "shield", "collecting_lens")
+_BENCHES = {"transmitted": ("radius", *_ANY), "reflected": ("radius", *_ANY), "wedge": ("angle", *_ANY)}
+_TOLERANCE = 1e-3
+_TIFF = (".tif", ".tiff")
+_BYTES = 12  # of memory a pixel of an image that is not written block by block
+_FILL = 0.8  # of the full well, by the brightest pixel, where no camera file says how long to expose
+
+
+class How(NamedTuple):
+    """What the options say of the method; None for what was not given."""
+
+    method: str | None
+    nodes: int | None
+    epsilon: float | None
+    tolerance: float | None
+
+
+class Request(NamedTuple):
+    """The options of the verb; None for what was not given. `seed` is None for an image without noise."""
+
+    scene: str
+    output: Path
+    bench: dict
+    shape: tuple[int, int] | None
+    pixel_size: float | None
+    how: How
+    seed: int | None
+    bits: int
+    explain: bool
+    force: bool
+
+
+class Chosen(NamedTuple):
+    """How the image is computed, with its estimated errors: phase [turns], intensity over the peak.
+
+    `splatted`: the image with its books, of a method that knows its error only afterwards.
+    """
+
+    scene: nj.Scene
+    method: AbstractMethod
+    phase_error: float
+    intensity_error: float
+    reason: str
+    splatted: Splatted | None = None
+
+
+def run(request: Request) -> int:
+    """Render, write, say what was done; the exit status."""
+    kind = request.output.suffix.lower()
+    if kind not in (".png", *_TIFF):
+        raise ValueError(f"--output {request.output}: give a name that ends in .png, or in .tif for a large image")
+    output.check_free([request.output], request.force, keep=(Path(request.scene),))
+    session.prepare()
+    session.keep_rays()
+    scene, camera, from_file = _scene_and_camera(request)
+    if kind not in _TIFF:
+        image_memory(camera.shape, _BYTES)
+    with progress("rendering"):
+        chosen = _choose(scene, camera, request.how)
+        parts = _parts(chosen, camera, whole=kind not in _TIFF)
+        developed, white, noise = _develop(parts, camera, request.seed, from_file, chosen.splatted)
+        if kind in _TIFF:
+            tiff.write(request.output, camera.shape, developed, request.bits, request.force)
+        else:
+            rows = [part for _, part in developed]
+            image = rows[0] if len(rows) == 1 else np.concatenate(rows)
+            output.write(request.output, png.encode(image, request.bits), request.force)
+    _say(request, camera, chosen, white, noise)
+    if request.explain:
+        tolerance = _TOLERANCE if request.how.tolerance is None else request.how.tolerance
+        print(f"\nwhat is chosen without --method:\n{nj.explain(scene, camera, tolerance)}")
+    return 0
+
+
+def _scene_and_camera(request: Request) -> tuple[nj.Scene, nj.Camera, bool]:
+    """The scene, the camera, and whether a file gave the camera."""
+    given = {name: value for name, value in request.bench.items() if value is not None}
+    camera = None
+    if request.scene.endswith(".toml"):
+        if given:
+            options = ", ".join(map(_option, given))
+            raise ValueError(f"{options} with {request.scene}: the file gives the scene; change it there")
+        scene, camera = nj.load_scene(request.scene)
+    elif request.scene in _BENCHES:
+        scene = _bench(request.scene, given)
+    else:
+        raise ValueError(f"scene {request.scene!r}; give {', '.join(_BENCHES)}, or a file that ends in .toml")
+    default = nj.Camera(shape=(1024, 1024), pixel_size=5e-6) if camera is None else camera
+    shape = default.shape if request.shape is None else request.shape
+    pixel_size = default.pixel_size if request.pixel_size is None else request.pixel_size
+    return scene, replace(default, shape=shape, pixel_size=pixel_size), camera is not None
+
+
+def _bench(name: str, given: dict) -> nj.Scene:
+    other = [_option(option) for option in given if option not in _BENCHES[name]]
+    if other:
+        raise ValueError(f"{', '.join(other)} with {name}: it has {', '.join(map(_option, _BENCHES[name]))}")
+    if isinstance(given.get("wavelength"), Wavelength):
+        given = {**given, "wavelength": given["wavelength"].within(1.0)}
+    return nj.air_wedge(**given) if name == "wedge" else nj.newton_rings(view=name, **given)
+
+
+def _option(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
+def _choose(scene: nj.Scene, camera: nj.Camera, how: How) -> Chosen:
+    """The planned method, or the one asked for if it keeps the tolerance asked for."""
+    tolerance = _TOLERANCE if how.tolerance is None else how.tolerance
+    name = how.method or ("chebyshev" if how.nodes else "splat" if how.epsilon else None)
+    if name is None:
+        plan = nj.plan(scene, camera, tolerance)
+        return Chosen(plan.scene, plan.method, plan.phase_error, plan.intensity_error, plan.reason)
+    if how.nodes and name != "chebyshev":
+        raise ValueError(f"--nodes with --method {name}: it has none; leave one of them out")
+    if how.epsilon and name != "splat":
+        raise ValueError(f"--epsilon with --method {name}: it has none; leave one of them out")
+    if how.tolerance is not None and name == "splat":
+        raise ValueError("--tolerance with --method splat: only the phase error of its pairs is known; leave one out")
+    chosen = _asked_for(scene, camera, name, how)
+    if how.tolerance is not None and not chosen.intensity_error <= tolerance:
+        raise ValueError(
+            f"--method {name}: its estimated error {chosen.intensity_error:.2g} of the peak is over --tolerance "
+            f"{tolerance:g}; leave out --method, which then is chosen to fit"
+        )
+    return chosen
+
+
+def _asked_for(scene: nj.Scene, camera: nj.Camera, name: str, how: How) -> Chosen:
+    asked = "as asked for"
+    if name == "splat":
+        method = nj.Splat(epsilon=how.epsilon)
+        found = nj.splat(scene, camera, method)
+        return Chosen(scene, method, found.error, np.nan, asked, found)
+    if name == "chebyshev":
+        method = nj.Chebyshev() if how.nodes is None else nj.Chebyshev(how.nodes)
+        phase, intensity = jax.jit(method.error)(scene, camera)
+        return Chosen(scene, method, float(phase), float(intensity), asked)
+    if name == "closed-form":
+        nj.ClosedForm().check(scene)
+        plan = nj.plan(scene, camera, 1e9)  # any error will do: it picks the closed form and says how wrong it is
+        if not isinstance(plan.method, nj.ClosedForm):
+            raise ValueError(f"--method closed-form: {plan.reason}, which the closed form does not know; use traced")
+        return Chosen(scene, nj.ClosedForm(), plan.phase_error, plan.intensity_error, asked)
+    if folds(scene, camera):
+        return Chosen(scene, nj.Traced(), np.inf, np.inf, f"{asked}; of several rays of a beam one is followed")
+    rounding = float(np.max(jax.jit(nj.Chebyshev(5).fields)(scene, camera).rounding))
+    return Chosen(scene, nj.Traced(), rounding, 2 * np.pi * rounding, asked)
+
+
+def _parts(chosen: Chosen, camera: nj.Camera, whole: bool) -> Iterable[tuple[int, np.ndarray]]:
+    """The image in blocks of rows; not kept but computed anew each time, where it need not be whole in memory."""
+    if chosen.splatted:
+        return [(0, np.asarray(chosen.splatted.image))]
+    made = nj.blocks(chosen.scene, camera, chosen.method)
+    return list(made) if whole or made.rows == camera.shape[0] else made
+
+
+def _develop(
+    parts: Iterable[tuple[int, np.ndarray]],
+    camera: nj.Camera,
+    seed: int | None,
+    from_file: bool,
+    splatted: Splatted | None,
+) -> tuple[Iterator[tuple[int, np.ndarray]], float, str]:
+    """The blocks over white, white as a fraction of the incident irradiance, and a line on the noise."""
+    peak = max(float(part.max()) for _, part in parts)
+    if not peak > 0 and splatted and splatted.unpaired.any():
+        raise ValueError(f"the image is dark everywhere: {why_unpaired(splatted)}")
+    if not peak > 0:
+        raise ValueError("the image is dark everywhere: no beam reaches it; change the scene or the camera")
+    if seed is None:
+        return ((first, part / peak) for first, part in parts), peak, "none (add --expose for a photograph)"
+    if not from_file:
+        camera = replace(camera, exposure=_FILL * float(camera.full_well) / peak)
+    camera = replace(camera, bits=16)
+    key = jax.random.key(seed)
+
+    def exposed(first: int, part: np.ndarray) -> np.ndarray:
+        window = replace(camera, shape=part.shape)
+        return np.asarray(window.expose(part, jax.random.fold_in(key, first) if first else key)) / 65535
+
+    white = float(camera.full_well) / float(camera.exposure)
+    noise = (
+        f"shot noise at {float(camera.exposure):.4g} photoelectrons per incident irradiance, "
+        f"read noise of {float(camera.read_noise):g}, seed {seed}"
+    )
+    return ((first, exposed(first, part)) for first, part in parts), white, noise
+
+
+def _say(request: Request, camera: nj.Camera, chosen: Chosen, white: float, noise: str) -> None:
+    rows, columns = camera.shape
+    method = type(chosen.method).__name__
+    count = getattr(chosen.method, "nodes", None)
+    nodes = f", {count} x {count} nodes" if count else ""
+    coding = "linear" if request.bits == 16 else "sRGB"
+    print(f"image: {request.output}, {rows} x {columns} pixels of {float(camera.pixel_size) * 1e6:g} um")
+    print(f"values: {request.bits} bits, {coding}, white is {white:.6g} of the incident irradiance")
+    print(f"method: {method}{nodes} ({chosen.reason})")
+    if chosen.splatted:
+        _say_pairs(chosen.splatted, len(chosen.scene.beams))
+    else:
+        print(f"estimated error: {chosen.phase_error:.2g} turns, {chosen.intensity_error:.2g} of the peak intensity")
+    print(f"noise: {noise}")
+
+
+def _say_pairs(found: Splatted, beams: int) -> None:
+    pairs = found.pairs
+    print(f"phase error of its pairs: {found.error:.2g} turns; a pixel shows their mean, whatever their density")
+    if beams > 2:
+        print(f"warning: the mean of the pairs of {beams} beams is not the sum of their fields, which traced shows")
+    print(
+        f"pairs: {pairs.emitted} emitted, {pairs.paired} paired, {pairs.apart} too far apart, {pairs.outside} out of "
+        f"the frame, {pairs.lost} lost, of {' x '.join(map(str, found.source.nodes))} source nodes "
+        f"{found.source.step * 1e6:g} um apart"
+    )
+    if found.unpaired.any():
+        print(f"warning: {why_unpaired(found)}")

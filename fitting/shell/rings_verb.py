@@ -1,0 +1,20 @@
+"""The verb `rings`: from a table of ring readings to an answer on the screen and in files."""
+
+from pathlib import Path
+
+from fitting.shell.answer import Outputs, as_png
+from fitting.tables import RingsResult, orders
+
+
+def run(table: Path, given: dict, outputs: Outputs) -> int:
+    """Fit the line, report, write; the exit status."""
+    if not table.is_file():
+        raise FileNotFoundError(f"{table} is no file; give the path of a table of ring readings (CSV with a header)")
+    outputs.check((table,))
+    return outputs.write(orders.rings(table, **given), _picture)
+
+
+def _picture(result: RingsResult) -> bytes:
+    from fitting.tables import rings_figure
+
+    return as_png(rings_figure(result))

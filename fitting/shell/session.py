@@ -1,0 +1,61 @@
+"""What a program of ours asks of JAX before its first use: float64, and compiled code kept between runs."""
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import newtonjax as nj
+
+
+def prepare() -> None:
+    """Switch JAX to float64 and to a compilation cache in the user's cache folder, whatever took how long to compile.
+
+    `JAX_COMPILATION_CACHE_DIR` names another folder. Where none can be written, nothing is kept.
+    """
+    import jax
+    import platformdirs
+
+    jax.config.update("jax_enable_x64", True)
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+    if "JAX_COMPILATION_CACHE_DIR" in os.environ:
+        return
+    folder = platformdirs.user_cache_path("newtonjax", appauthor=False) / "jax"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return
+    if os.access(folder, os.W_OK):
+        jax.config.update("jax_compilation_cache_dir", str(folder))
+
+
+def keep_rays() -> None:
+    """Have the program for the rays of every bench loaded from the compilation cache's folder, or left there.
+
+    JAX's own cache would leave a second or two of tracing to every run.
+    """
+    import jax
+
+    from fitting.shell.saved_programs import SavedProgram
+    from newtonjax.fields import packed
+
+    folder = jax.config.values["jax_compilation_cache_dir"]
+    if folder and not isinstance(packed.rays, SavedProgram):
+        packed.rays = SavedProgram(packed.rays, Path(folder) / "programs", packed.OPTIONS)
+
+
+def scene_and_camera(
+    path: Path, shape: tuple[int, int] | None = None, pixel_size: float | None = None
+) -> "tuple[nj.Scene, nj.Camera, str]":
+    """The scene of a file, its camera with what is given in place of its own, and a line that says which that is."""
+    from dataclasses import replace
+
+    import newtonjax as nj
+
+    scene, camera = nj.load_scene(path)
+    own = nj.Camera((1024, 1024), 5e-6) if camera is None else camera
+    made = replace(own, shape=shape or own.shape, pixel_size=pixel_size or own.pixel_size)
+    assumed = " (the file has no camera)" if camera is None else ""
+    rows, columns = made.shape
+    return scene, made, f"camera: {rows} x {columns} pixels of {float(made.pixel_size) * 1e6:.6g} um{assumed}"

@@ -1,0 +1,5 @@
+"""What a bench would tell: information, sensitivity, spread, speed."""
+
+from newtonjax.doors import door
+
+__getattr__, __dir__, __all__ = door(__name__)

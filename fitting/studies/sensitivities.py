@@ -1,0 +1,164 @@
+"""How a measured radius depends on what a fit neglects: omitted-variable bias, from the image's own derivatives.
+
+A fit that holds a number too large by δ moves its free ones by -(Jᵀ W J)⁻¹ Jᵀ W j δ, where J has the image's
+derivatives by these and j that by the number (Angrist and Pischke 2009, Mostly Harmless Econometrics, section 3.2.2).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from fitting.parameters import Knob, chosen, knobs
+from fitting.studies.fisher import FREE, derivatives, fine_nodes, information
+from fitting.studies.gauss_newton import perfect_image
+from fitting.studies.implicit import measurement
+from fitting.studies.pixel_sums import slopes_of
+from fitting.studies.refusal import UndeterminedError
+from newtonjax.scene import Camera, Scene
+
+
+@dataclass(frozen=True)
+class Neglected:
+    """A number that a fit holds, and what that costs.
+
+    - `name`, `unit`, `value`: of the number.
+    - `size`: its value, or what matters of it where that is zero [`unit`].
+    - `slope`: change of the target per unit by which the number is held too large, in their units.
+    - `tolerance`: the error of the number that moves the target by the accuracy asked for; infinite where that is more
+      than 1000 times its size.
+    """
+
+    name: str
+    unit: str
+    value: float
+    size: float
+    slope: float
+    tolerance: float
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """What `sensitivity` found. `str()` is a table, the most critical number first.
+
+    - `target`, `value`, `unit`, `accuracy`: the number that is measured, and to what [unit].
+    - `sd`: Cramér–Rao bound of the target with the free numbers unknown [unit].
+    - `free`: what the fit finds beside it; `neglected`: what it holds.
+    """
+
+    target: str
+    value: float
+    unit: str
+    accuracy: float
+    sd: float
+    free: tuple[str, ...]
+    neglected: tuple[Neglected, ...]
+
+    def __str__(self) -> str:
+        lines = [
+            f"{self.target} = {self.value:.6g} {self.unit}, noise alone {self.sd:.2g} {self.unit}; "
+            f"free with it: {', '.join(self.free) or 'nothing'}",
+            f"to know it to {self.accuracy:.2g} {self.unit} ({abs(self.accuracy / self.value):.2g} of it):",
+            f"{'':<14} {'value':>12} {'known to':>11} {'unit':<15} {self.target} per unit",
+        ]
+        if self.sd > self.accuracy:
+            lines.insert(2, "noise alone leaves more than that: take more light, pixels or rings before all else")
+        for one in self.neglected:
+            known = "any" if np.isinf(one.tolerance) else f"{one.tolerance:.3g}"
+            lines.append(f"{one.name:<14} {one.value:>12.6g} {known:>11} {one.unit:<15} {one.slope:+.4g}")
+        return "\n".join(lines)
+
+
+def sensitivity(
+    scene: Scene,
+    camera: Camera,
+    target: str = "radius",
+    accuracy: float = 1e-3,
+    free: Sequence[str] = FREE,
+    noise: float | None = None,
+) -> Sensitivity:
+    """What a fit of one number owes to each number that it holds at a value.
+
+    Args:
+      scene, camera: where; one gap with two faces.
+      target: the number that is measured; accuracy: to what, as a fraction of it.
+      free: what the fit finds together with it; all other numbers of `parameters.knobs` are held.
+      noise: as in `information`.
+
+    The slopes are those of a fit weighted by the camera's noise, to first order: of a tilt that is 0, and of what else
+    is symmetric, the target depends to second order, and nothing is said.
+
+    Raises ValueError as `information` does, for an accuracy that is not positive, and for a target that is 0; and
+    UndeterminedError, a ValueError, for one that the image does not tell.
+
+    """
+    if not (isinstance(accuracy, int | float) and 0 < accuracy < np.inf):
+        raise ValueError(f"accuracy is {accuracy!r}; allowed: a positive fraction, such as 1e-3")
+    known = knobs(scene, camera)
+    free = free_beside(target, free, known)
+    chosen(known, free)
+    if not known[target].value:
+        raise ValueError(f"{target} is 0 here: a fraction of it is no accuracy; take a scene in which it is not 0")
+    held = tuple(name for name in known if name not in free)
+    told = information(scene, camera, (*free, *held), noise=noise)
+    alone = told.given(**dict.fromkeys(held, 0.0))
+    sd = alone.sd(target)
+    if not np.isfinite(sd):
+        words = "; ".join(alone.undetermined) or "too few pixels"
+        raise UndeterminedError(
+            f"the image does not tell the {target} with {', '.join(free[1:]) or 'it'} free: {words}"
+        )
+    count = len(free)
+    step = np.sqrt(np.maximum(np.diag(told.matrix), 1e-300))
+    scaled = told.matrix / np.outer(step, step)
+    # By least squares: of what is not determined they take nothing.
+    moved = -np.linalg.lstsq(scaled[:count, :count], scaled[:count, count:], rcond=1e-10)[0][0]
+    allowed = accuracy * abs(known[target].value)
+    found = []
+    for name, by, told_by in zip(held, moved, step[count:], strict=True):
+        slope = float(by * told_by / step[0])
+        size = known[name].scale if name == "gap" or not known[name].value else abs(known[name].value)
+        tolerance = allowed / abs(slope) if 1e3 * size * abs(slope) > allowed else np.inf
+        found.append(Neglected(name, known[name].unit, known[name].value, size, slope, tolerance))
+    found.sort(key=lambda one: one.tolerance / one.size)
+    unit = known[target].unit
+    return Sensitivity(target, known[target].value, unit, allowed, sd, free[1:], tuple(found))
+
+
+def free_beside(target: str, free: Sequence[str], known: Mapping[str, Knob]) -> tuple[str, ...]:
+    """The target and what is found beside it: no radius of its own accord where a scene has none."""
+    names = (free,) if isinstance(free, str) else tuple(free)
+    return (target, *(name for name in names if name != target and (name in known or free is not FREE)))
+
+
+def refitted(
+    scene: Scene,
+    camera: Camera,
+    wrong: Mapping[str, float],
+    free: Sequence[str] = FREE,
+    noise: float | None = None,
+) -> dict[str, float]:
+    """By how much the free numbers [units] move in a fit that holds some others off by `wrong` [units].
+
+    The fit is `measurement` of the noise-free image. Raises ValueError where it does not converge, and for numbers that
+    the scene does not have.
+    """
+    known = chosen(knobs(scene, camera), (*free, *wrong))
+    method = fine_nodes(scene, camera)
+    measure = measurement(scene, camera, free, noise=noise, method=method)
+    image = perfect_image(scene, camera, method.nodes) / camera.exposure
+    found = measure(image, **{name: known[name].value + by for name, by in wrong.items()})
+    if not found.converged:
+        raise ValueError(f"the fit with {', '.join(wrong)} off does not converge: the effect is too large")
+    return {name: float(found.numbers[name]) - known[name].value for name in free}
+
+
+def derivative_images(
+    scene: Scene, camera: Camera, names: Sequence[str]
+) -> dict[str, Float[np.ndarray, "rows columns"]]:
+    """By name the derivative of the image [photoelectrons per unit of the number]."""
+    numbers = chosen(knobs(scene, camera), tuple(names))
+    table, changes = derivatives(scene, camera, list(numbers.values()), fine_nodes(scene, camera).nodes)
+    images = slopes_of(table, changes, camera.shape)
+    return {name: image / knob.scale for (name, knob), image in zip(numbers.items(), images, strict=True)}

@@ -1,0 +1,234 @@
+"""What the errors of held numbers do to a measured one, all at once and whatever their size: draws and Sobol's indices.
+
+A fit holds numbers (`known`) that are not exact. Each draw puts normal errors on all of them and fits the noise-free
+image with these (`measurement`). The variance of what is found is split by Sobol's indices: of first order, the share
+of a number by itself, and total, with what it does together with others (estimators of Saltelli et al. 2010 and Jansen
+1999 on scrambled Sobol points). Slopes alone, as `sensitivity` has them, miss what goes with the square (a tilt about
+zero), and what two errors do together.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from scipy.stats import norm, qmc
+
+from fitting.parameters import Knob, Known, chosen, deviation, knobs, require_held
+from fitting.studies import draws_file
+from fitting.studies.fisher import FREE, fine_nodes
+from fitting.studies.gauss_newton import perfect_image, problem, solve
+from fitting.studies.refusal import NotConvergedError
+from fitting.studies.sensitivities import free_beside, sensitivity
+from newtonjax import __version__
+from newtonjax.benches import scene_text
+from newtonjax.scene import Camera, Scene
+
+# Pixels of the images of a batch, about; draws at least; samples of the bootstrap.
+_PIXELS, _LEAST, _RESAMPLES = 1 << 20, 32, 1000
+
+
+@dataclass(frozen=True)
+class Share:
+    """What one number leaves uncertain.
+
+    - `name`, `unit`, `sd`: of the number.
+    - `slope_sd`: of the target, by its slope alone [unit of the target].
+    - `first`, `total`: Sobol's indices, of first order and total; `first_range`, `total_range`: 95 % of each, by
+      bootstrap over the draws (percentiles), which takes them for independent ones.
+    """
+
+    name: str
+    unit: str
+    sd: float
+    slope_sd: float
+    first: float
+    first_range: tuple[float, float]
+    total: float
+    total_range: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Spread:
+    """What `spread` found. `str()` is a table, the largest total index first.
+
+    - `target`, `unit`, `value`: of the measured number; `free`: what is found beside it.
+    - `sd`, `shift`: standard deviation of the target over the draws, and its mean less the value [unit]; `slope_sd`:
+      the deviation that slopes alone predict.
+    - `shares`: by number; `draws`: one row a fit, what was held [units], and `found`: the target there; `seed`.
+    """
+
+    target: str
+    unit: str
+    value: float
+    free: tuple[str, ...]
+    sd: float
+    shift: float
+    slope_sd: float
+    shares: tuple[Share, ...]
+    draws: dict[str, Float[np.ndarray, " fits"]]
+    found: Float[np.ndarray, " fits"]
+    seed: int
+
+    def __str__(self) -> str:
+        unit = f" {self.unit}" if self.unit else ""
+        lines = [
+            f"{self.target} = {self.value:.6g}{unit}: errors of held numbers leave sd {self.sd:.3g}{unit} and move the "
+            f"mean by {self.shift:+.2g}{unit} ({len(self.found)} fits; by slopes alone sd {self.slope_sd:.3g}{unit})",
+            f"{'':<14} {'known to':>10} {'unit':<6} {'first order':>11} {'its 95 %':>16} {'total':>7} {'its 95 %':>16}",
+        ]
+        for one in self.shares:
+            first, total = (f"{low:.3f} to {high:.3f}" for low, high in (one.first_range, one.total_range))
+            row = f"{one.name:<14} {one.sd:>10.3g} {one.unit:<6} {one.first:>11.3f} {first:>16}"
+            lines.append(f"{row} {one.total:>7.3f} {total:>16}")
+        if any(high - low > 1 for one in self.shares for low, high in (one.first_range, one.total_range)):
+            lines.append("some shares are not told by so few draws: take more")
+        return "\n".join(lines)
+
+
+def spread(
+    scene: Scene,
+    camera: Camera,
+    known: Known,
+    target: str = "radius",
+    free: Sequence[str] = FREE,
+    *,
+    draws: int = 128,
+    seed: int = 0,
+    noise: float | None = None,
+    keep: str | Path | None = None,
+    report: Callable[[int, int], object] | None = None,
+) -> Spread:
+    """How a measured number spreads, where the numbers that its fit holds are known to standard deviations only.
+
+    Args:
+      scene, camera: where; one gap with two faces. A camera of few pixels over the same field tells nearly the same.
+      known: standard deviations of numbers of `knobs` that the fit holds, in their units or, as "0.1%", of their
+        value. Their errors are normal and independent; of a number that is positive, at most a quarter of it.
+      target: the number that is measured; free: what the fit finds beside it.
+      draws: a power of two, 32 or more; with n numbers draws (n + 2) fits are made. seed: of draws and bootstrap.
+      noise: as in `information`; it sets the weights of pixels, the images are free of noise.
+      keep: a NetCDF file that holds every fit as soon as its batch is made; fits of the same study that it has already
+        are not made again.
+      report: called with the fits that are made and their number.
+
+    Raises ValueError for numbers that the scene does not have, that the fit finds, or of no deviation, and for a file
+    of another study; NotConvergedError, a ValueError, where a fit does not converge, with the numbers that it held.
+
+    """
+    there = knobs(scene, camera)
+    free = free_beside(target, free, there)
+    sds = errors(there, known, free, draws)
+    numbers = chosen(there, tuple(known))
+    slopes = {one.name: one.slope for one in sensitivity(scene, camera, target, free=free, noise=noise).neglected}
+    centre = np.array([knob.value for knob in numbers.values()])
+    rows = centre + np.array(list(sds.values())) * _unit_rows(len(sds), draws, seed)
+    # Image and model on the same nodes: what these leave out cancels.
+    method = fine_nodes(scene, camera, 1e-6, 5)
+    study = {
+        "scene": scene_text(scene, camera),
+        "known": ", ".join(f"{name} {sd!r}" for name, sd in sds.items()),
+        "fit": f"{', '.join(free)}; noise {noise}; {method}; {draws} draws of seed {seed}; newtonjax {__version__}",
+    }
+    kept = None
+    if keep is not None:
+        units = {name: there[name].unit for name in (*sds, target)}
+        kept = draws_file.Kept(Path(keep), dict(zip(sds, rows.T, strict=True)), target, units, study)
+    fits = _Fits(scene, camera, tuple(sds), free, noise, method.nodes)
+    found = _made(fits, rows, kept, report or (lambda *_: None))
+    value = there[target].value
+    shares = _shares(found.reshape(-1, draws), seed)
+    parts = [
+        Share(name, there[name].unit, sd, abs(slopes[name]) * sd, *share)
+        for (name, sd), share in zip(sds.items(), shares, strict=True)
+    ]
+    return Spread(
+        target,
+        there[target].unit,
+        value,
+        free[1:],
+        float(np.std(found[: 2 * draws], ddof=1)),
+        float(np.mean(found[: 2 * draws]) - value),
+        float(np.linalg.norm([one.slope_sd for one in parts])),
+        tuple(sorted(parts, key=lambda one: -one.total)),
+        dict(zip(sds, rows.T, strict=True)),
+        found,
+        seed,
+    )
+
+
+def errors(there: dict[str, Knob], known: Known, free: tuple[str, ...], draws: int) -> dict[str, float]:
+    """Standard deviations by name [unit of the number]; refuses as `spread` does what it cannot study."""
+    if not (isinstance(draws, int | np.integer) and draws >= _LEAST and draws & (draws - 1) == 0):
+        raise ValueError(f"draws is {draws!r}; allowed: a power of two from {_LEAST} on, such as 128")
+    require_held(known, free)
+    sds = {}
+    for name, knob in chosen(there, tuple(known)).items():
+        share, value = deviation(knob, known[name])
+        sds[name] = value * abs(knob.value) if share else value
+        if not sds[name] > 0:
+            raise ValueError(f"known: {name} is {known[name]!r}, which leaves nothing open; allowed: above zero")
+        if knob.positive and sds[name] > abs(knob.value) / 4:
+            raise ValueError(f"known: {name} is {known[name]!r}; allowed: at most a quarter of it, {knob.value:.6g}")
+    return sds
+
+
+def _unit_rows(count: int, draws: int, seed: int) -> Float[np.ndarray, "fits names"]:
+    """Standard normal numbers: draws A, draws B, and for each number A with that number from B."""
+    points = norm.ppf(qmc.Sobol(2 * count, rng=seed).random(draws))
+    first, second = points[:, :count], points[:, count:]
+    mixed = [np.where(np.arange(count) == k, second, first) for k in range(count)]
+    return np.concatenate([first, second, *mixed])
+
+
+def indices(found: Float[np.ndarray, "... blocks draws"]) -> tuple[np.ndarray, np.ndarray]:
+    """Sobol's indices, of first order and total [... numbers], from what was found at A, at B, and at the mixtures."""
+    first, second, mixed = found[..., :1, :], found[..., 1:2, :], found[..., 2:, :]
+    mean, variance = (of(found[..., :2, :], axis=(-2, -1))[..., None, None] for of in (np.mean, np.var))
+    scale = np.where(variance > 0, variance, 1.0)[..., 0]
+    alone = np.mean((second - mean) * (mixed - first), axis=-1) / scale
+    return alone, np.mean((mixed - first) ** 2, axis=-1) / (2 * scale)
+
+
+def _shares(found: Float[np.ndarray, "blocks draws"], seed: int):
+    """For each number its two indices, each with 95 % of it by bootstrap."""
+    draws = found.shape[1]
+    sample = np.random.default_rng(seed).integers(draws, size=(_RESAMPLES, draws))
+    ranges = [np.percentile(one, [2.5, 97.5], axis=0) for one in indices(np.moveaxis(found[:, sample], 0, 1))]
+    for k, (alone, total) in enumerate(zip(*indices(found), strict=True)):
+        first_range, total_range = ((float(low), float(high)) for low, high in (one[:, k] for one in ranges))
+        yield float(alone), first_range, float(total), total_range
+
+
+class _Fits:
+    """Fits of the scene's own image with other numbers held, a batch at a time."""
+
+    def __init__(self, scene, camera, names: tuple[str, ...], free: tuple[str, ...], noise, nodes: int):
+        self.names, self.batch = names, max(1, min(32, _PIXELS // (camera.shape[0] * camera.shape[1])))
+        numbers = chosen(knobs(scene, camera), (*free, *names))
+        self._target, self._held = numbers[free[0]], [numbers[name] for name in names]
+        self._problem = problem(scene, camera, list(numbers.values()), len(free), noise, nodes)
+        self._image = perfect_image(scene, camera, nodes)
+
+    def __call__(self, rows: Float[np.ndarray, "rows names"]) -> Float[np.ndarray, " rows"]:
+        """The target at up to `batch` rows of held numbers; NaN where a fit does not converge."""
+        values, scales = (np.array(each) for each in zip(*[(one.value, one.scale) for one in self._held], strict=True))
+        found = solve(self._problem, self._image, (rows - values) / scales)
+        return self._target.value + self._target.scale * found.steps[:, 0]
+
+
+def _made(fits: _Fits, rows, kept: "draws_file.Kept | None", report) -> Float[np.ndarray, " fits"]:
+    """The target at every row; batch by batch what is made is kept."""
+    found = np.zeros(0) if kept is None else kept.found
+    while len(found) < len(rows):
+        batch = rows[len(found) : len(found) + fits.batch]
+        values = fits(batch)
+        if (lost := np.flatnonzero(~np.isfinite(values))).size:
+            row = ", ".join(f"{name} {value:.6g}" for name, value in zip(fits.names, batch[lost[0]], strict=True))
+            raise NotConvergedError(f"the fit with {row} (SI units) does not converge: give smaller deviations")
+        found = np.concatenate([found, values])
+        if kept is not None:
+            kept.write(found)
+        report(len(found), len(rows))
+    return found

@@ -1,0 +1,5 @@
+"""The verb `rings`: radii from tables of ring readings."""
+
+from newtonjax.doors import door
+
+__getattr__, __dir__, __all__ = door(__name__)

@@ -1,0 +1,5 @@
+"""Ready scenes, and scenes in TOML files."""
+
+from newtonjax.doors import door
+
+__getattr__, __dir__, __all__ = door(__name__)

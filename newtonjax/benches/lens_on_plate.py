@@ -1,0 +1,191 @@
+"""Ready benches: Newton's rings and the air wedge."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from newtonjax.numerics import Scalar, Vector2, finite, positive, require, require_pair
+from newtonjax.scene import (
+    CollectingLens,
+    Light,
+    Scene,
+    Shield,
+    Surface,
+    choose_beams,
+    focus_height,
+    frame,
+    lens_to_image,
+)
+
+_PAIRS = {
+    "transmitted": ("T0 T1 T2 T3", "T0 T1 R2 R1 T2 T3"),
+    "reflected": ("T0 R1 T0", "T0 T1 R2 T1 T0"),
+}
+
+
+def newton_rings(
+    radius: Scalar = 1.0,
+    wavelength: Scalar = 589.3e-9,
+    gap: Scalar = 0.0,
+    view: str = "transmitted",
+    *,
+    screen: Scalar | str = 1e-3,
+    index: Scalar = 1.5,
+    plate_index: Scalar = 1.5,
+    gap_index: Scalar = 1.0,
+    ambient_index: Scalar = 1.0,
+    lens_thickness: Scalar = 5e-3,
+    plate_thickness: Scalar = 5e-3,
+    lens_tilt: Vector2 = (0.0, 0.0),
+    plate_tilt: Vector2 = (0.0, 0.0),
+    light_tilt: Vector2 = (0.0, 0.0),
+    polarization: Scalar | None = None,
+    polarization_degree: Scalar | None = None,
+    beams: Sequence[str] | None = None,
+    shield: Scalar | None = None,
+    collecting_lens: Scalar | None = None,
+) -> Scene:
+    """A plano-convex lens, convex face down, over a plane-parallel plate (Debelov and Dolgov 2021, section 4).
+
+    Surfaces in order: 0 the lens's flat face, 1 its convex face, 2 and 3 the plate's upper and lower face. The plate's
+    upper face has its vertex at the origin; the apex of the convex face stands at height `gap` over it.
+
+    Args:
+      radius: of the convex face [m]; infinite for a plane, negative for a concave face.
+      wavelength: in vacuum [m].
+      gap: height of the apex [m]; 0 is contact, negative an approach beyond it.
+      view: "transmitted" (direct beam and the one reflected twice in the gap) or "reflected" (reflections at the convex
+        face and at the plate's upper face); `beams` (words, or names as in `choose_beams`) replaces the pair.
+      screen: distance [m] of a plane below the plate ("transmitted") or above the lens ("reflected"), or "gap": a
+        microscope focused on the plate's upper face, i.e. the plane of that face's paraxial image through the glass.
+      index, plate_index, gap_index, ambient_index: refractive indices.
+      lens_thickness, plate_thickness: on the axis [m].
+      lens_tilt, plate_tilt: rotations about x and y [rad], of the lens about its apex, of the plate about the origin.
+      light_tilt, polarization, polarization_degree: as in `Light`.
+      shield: radius [m] of a round hole in a shield on the face where the light leaves; None for no shield.
+      collecting_lens: focal length [m] of an ideal lens that images the gap, enlarged, on a `screen` at least four
+        times as far away; None for a bare screen (Debelov and Dolgov 2021, figure 5).
+
+    Raises ValueError for values that no bench can have. Traced values are not checked.
+
+    """
+    require(
+        "radius",
+        radius,
+        "a non-zero radius in metres (infinite for a plane)",
+        lambda r: np.all((r != 0) & ~np.isnan(r)),
+    )
+    require("gap", gap, "a finite height in metres", finite)
+    require("lens_thickness", lens_thickness, "a positive thickness in metres", positive)
+    require("plate_thickness", plate_thickness, "a positive thickness in metres", positive)
+    for name, tilt in (("lens_tilt", lens_tilt), ("plate_tilt", plate_tilt), ("light_tilt", light_tilt)):
+        require_pair(name, tilt)
+    curvature = 1 / radius
+    lens_axis, plate_axis = frame(lens_tilt)[2], frame(plate_tilt)[2]
+    if screen == "gap":
+        height = 0.0  # placed below, once there is a scene whose focus can be computed
+    elif isinstance(screen, str):
+        raise ValueError(f"screen is {screen!r}; allowed: a distance in metres, or 'gap'")
+    else:
+        require("screen", screen, "a finite distance in metres, or 'gap'", finite)
+        height = -plate_thickness - screen if view == "transmitted" else gap + lens_thickness + screen
+    scene = Scene(
+        surfaces=(
+            Surface(0.0, _along(lens_axis, lens_thickness, gap), lens_tilt),
+            Surface(curvature, (0.0, 0.0, gap), lens_tilt),
+            Surface(0.0, (0.0, 0.0, 0.0), plate_tilt),
+            Surface(0.0, _along(plate_axis, -plate_thickness), plate_tilt),
+        ),
+        media=(ambient_index, index, gap_index, plate_index, ambient_index),
+        light=Light(wavelength, light_tilt, polarization, degree=polarization_degree),
+        screen=Surface(0.0, (0.0, 0.0, height)),
+        beams=_PAIRS[_known(view)],
+    )
+    return _finish(scene, screen, beams, shield, collecting_lens)
+
+
+def _finish(scene: Scene, screen, beams, shield, collecting_lens) -> Scene:
+    """The bench with the options that follow from the rest of it: beams by name, focus, shield, collecting lens."""
+    if beams is not None:
+        if isinstance(beams, str):
+            raise ValueError(f"beams is {beams!r}; allowed: a sequence of names or words, such as ('R1', 'R2')")
+        scene = choose_beams(scene, names=tuple(beams))
+    if shield is not None:
+        face = scene.surfaces[-1 if scene.view == "transmitted" else 0]
+        scene = replace(scene, shield=Shield(shield, face.vertex, face.tilt))
+    if screen == "gap":
+        if collecting_lens is not None:
+            raise ValueError("collecting_lens with screen='gap': it needs a screen at a distance; give that in metres")
+        return replace(scene, screen=Surface(0.0, (0.0, 0.0, focus_height(scene, upper=1))))
+    if collecting_lens is None:
+        return scene
+    focus = focus_height(scene, upper=1)
+    down = -1.0 if scene.view == "transmitted" else 1.0
+    before = lens_to_image(down * (scene.screen.vertex[2] - focus), collecting_lens)
+    return replace(scene, collecting_lens=CollectingLens(collecting_lens, (0.0, 0.0, focus + down * before)))
+
+
+def air_wedge(
+    angle: Scalar = 1e-4,
+    wavelength: Scalar = 589.3e-9,
+    gap: Scalar = 0.0,
+    view: str = "reflected",
+    *,
+    screen: Scalar | str = 1e-3,
+    index: Scalar = 1.5,
+    gap_index: Scalar = 1.0,
+    ambient_index: Scalar = 1.0,
+    thickness: Scalar = 5e-3,
+    light_tilt: Vector2 = (0.0, 0.0),
+    polarization: Scalar | None = None,
+    polarization_degree: Scalar | None = None,
+    beams: Sequence[str] | None = None,
+    shield: Scalar | None = None,
+    collecting_lens: Scalar | None = None,
+) -> Scene:
+    """Two plane-parallel plates, the upper one turned by `angle` so that the gap opens towards +x.
+
+    Surfaces in order: 0 and 1 the upper plate, 2 and 3 the lower one; the gap is `gap` + x tan(angle) thick.
+
+    Args:
+      angle: of the wedge [rad], below a quarter turn in size.
+      gap: thickness of the gap on the axis [m].
+      thickness: of both plates [m].
+      view, screen, light_tilt, polarization, polarization_degree, beams, shield, collecting_lens, wavelength and the
+        indices: as in `newton_rings`.
+
+    Raises ValueError for values that no bench can have. Traced values are not checked.
+
+    """
+    require("angle", angle, "an angle between -1.5 and 1.5 rad", lambda a: np.all(np.abs(a) < 1.5))
+    return newton_rings(
+        np.inf,
+        wavelength,
+        gap,
+        view,
+        screen=screen,
+        index=index,
+        plate_index=index,
+        gap_index=gap_index,
+        ambient_index=ambient_index,
+        lens_thickness=thickness,
+        plate_thickness=thickness,
+        lens_tilt=(0.0 * angle, -angle),
+        light_tilt=light_tilt,
+        polarization=polarization,
+        polarization_degree=polarization_degree,
+        beams=beams,
+        shield=shield,
+        collecting_lens=collecting_lens,
+    )
+
+
+def _known(view: str) -> str:
+    if view not in _PAIRS:
+        raise ValueError(f"view is {view!r}; allowed: 'transmitted' or 'reflected'")
+    return view
+
+
+def _along(axis, length: Scalar, height: Scalar = 0.0):
+    return axis[0] * length, axis[1] * length, height + axis[2] * length

@@ -1,0 +1,264 @@
+"""Scenes and cameras in TOML files: SI floats, every field checked, nothing rounded."""
+
+import re
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, TypeVar
+
+import msgspec
+import tomli_w
+
+from newtonjax.benches import lens_on_plate
+from newtonjax.scene import Camera, CollectingLens, Light, Scene, Shield, Surface, word_of
+
+Three = tuple[float, float, float]
+Two = tuple[float, float]
+Positive = Annotated[float, msgspec.Meta(gt=0)]
+Made = TypeVar("Made")
+Pixels = Annotated[int, msgspec.Meta(ge=1)]
+
+
+class SurfaceTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """One surface, or the screen: curvature [1/m], vertex [m], tilt [rad]."""
+
+    curvature: float = 0.0
+    vertex: Three = (0.0, 0.0, 0.0)
+    tilt: Two = (0.0, 0.0)
+
+
+class LightTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """The source: vacuum wavelength [m], tilt [rad], polarization and ellipticity [rad] or absent, degree or absent."""
+
+    wavelength: Positive
+    tilt: Two = (0.0, 0.0)
+    polarization: float | None = None
+    ellipticity: float | None = None
+    degree: float | None = None
+
+
+class ShieldTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """An opaque plane with a round hole: its radius [m], vertex [m], tilt [rad]."""
+
+    radius: Positive
+    vertex: Three = (0.0, 0.0, 0.0)
+    tilt: Two = (0.0, 0.0)
+
+
+class CollectingLensTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """An ideal lens before the screen: focal length [m], vertex [m]."""
+
+    focal_length: Positive
+    vertex: Three
+
+
+class CameraTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """The camera: shape [rows, columns], pixel_size [m], and the rest of `Camera`."""
+
+    shape: tuple[Pixels, Pixels]
+    pixel_size: Positive
+    centre_px: Two | None = None
+    exposure: Positive = 10_000.0
+    full_well: Positive = 12_000.0
+    read_noise: Annotated[float, msgspec.Meta(ge=0)] = 5.0
+    bits: Annotated[int, msgspec.Meta(ge=8, le=16)] = 8
+
+
+class RingsTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """A ready bench: the arguments of `newton_rings`."""
+
+    radius: float = 1.0
+    wavelength: Positive = 589.3e-9
+    gap: float = 0.0
+    view: str = "transmitted"
+    screen: float | str = 1e-3
+    index: Positive = 1.5
+    plate_index: Positive = 1.5
+    gap_index: Positive = 1.0
+    ambient_index: Positive = 1.0
+    lens_thickness: Positive = 5e-3
+    plate_thickness: Positive = 5e-3
+    lens_tilt: Two = (0.0, 0.0)
+    plate_tilt: Two = (0.0, 0.0)
+    light_tilt: Two = (0.0, 0.0)
+    polarization: float | None = None
+    polarization_degree: float | None = None
+    beams: tuple[str, ...] | None = None
+    shield: Positive | None = None
+    collecting_lens: Positive | None = None
+
+
+class WedgeTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """A ready bench: the arguments of `air_wedge`."""
+
+    angle: float = 1e-4
+    wavelength: Positive = 589.3e-9
+    gap: float = 0.0
+    view: str = "reflected"
+    screen: float | str = 1e-3
+    index: Positive = 1.5
+    gap_index: Positive = 1.0
+    ambient_index: Positive = 1.0
+    thickness: Positive = 5e-3
+    light_tilt: Two = (0.0, 0.0)
+    polarization: float | None = None
+    polarization_degree: float | None = None
+    beams: tuple[str, ...] | None = None
+    shield: Positive | None = None
+    collecting_lens: Positive | None = None
+
+
+class SceneFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """A file: a ready bench, or surfaces with media, light, screen and beams (and perhaps a shield and a collecting
+    lens); and a camera beside it.
+    """
+
+    newton_rings: RingsTable | None = None
+    air_wedge: WedgeTable | None = None
+    surfaces: tuple[SurfaceTable, ...] | None = None
+    media: tuple[Positive, ...] | None = None
+    beams: tuple[str, ...] | None = None
+    light: LightTable | None = None
+    screen: SurfaceTable | None = None
+    shield: ShieldTable | None = None
+    collecting_lens: CollectingLensTable | None = None
+    camera: CameraTable | None = None
+
+
+_TABLES = {
+    name: table.__struct_fields__
+    for name, table in {
+        "newton_rings": RingsTable,
+        "air_wedge": WedgeTable,
+        "surfaces": SurfaceTable,
+        "screen": SurfaceTable,
+        "light": LightTable,
+        "shield": ShieldTable,
+        "collecting_lens": CollectingLensTable,
+        "camera": CameraTable,
+    }.items()
+}
+_BY_HAND = ("surfaces", "media", "beams", "light", "screen")
+_BESIDE = ("shield", "collecting_lens")  # what a scene by hand may have as well
+
+
+def load_scene(path: str | Path) -> tuple[Scene, Camera | None]:
+    """The scene in a TOML file, and the camera if it has one.
+
+    Raises FileNotFoundError, and ValueError with the file, the field, the value and what is allowed.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileNotFoundError(f"{path} is no file; give the path of a scene in TOML (see docs/scene.toml)")
+    try:
+        given = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = _convert(given)
+        return _scene(table), _made(Camera, table.camera)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _convert(given: dict) -> SceneFile:
+    """The file's tables, checked; what msgspec says of a bad one, with the value and the fields that it leaves out."""
+    try:
+        return msgspec.convert(given, SceneFile)
+    except msgspec.ValidationError as error:
+        problem, _, place = str(error).partition(" - at `$")
+        names, value, known = re.findall(r"\w+", place), given, SceneFile.__struct_fields__
+        for name in names:
+            value = value[int(name)] if isinstance(value, list) else value[name]
+            known = _TABLES.get(name, known) if name == names[0] else ()
+        where = place.strip(".`") or "file"
+        if isinstance(value, dict):
+            takes = f"; it takes {', '.join(known)}" if known else ""
+            raise ValueError(f"[{where}] {problem}{takes}") from None
+        raise ValueError(f"{where} is {value!r}; allowed: {problem.removeprefix('Expected ')}") from None
+
+
+def _scene(table: SceneFile) -> Scene:
+    by_hand = [name for name in (*_BY_HAND, *_BESIDE) if getattr(table, name) is not None]
+    ready = [name for name in ("newton_rings", "air_wedge") if getattr(table, name) is not None]
+    if len(ready) + bool(by_hand) != 1:
+        given = ", ".join(ready + by_hand) or "neither"
+        raise ValueError(
+            f"the file holds {given}; allowed: one of [newton_rings], [air_wedge], or {', '.join(_BY_HAND)} together"
+        )
+    if ready:
+        arguments = msgspec.structs.asdict(getattr(table, ready[0]))
+        return getattr(lens_on_plate, ready[0])(**arguments)
+    surfaces, media, beams, light, screen = table.surfaces, table.media, table.beams, table.light, table.screen
+    if surfaces is None or media is None or beams is None or light is None or screen is None:
+        raise ValueError(
+            f"{', '.join(set(_BY_HAND) - set(by_hand))} missing; a scene by hand takes {', '.join(_BY_HAND)}"
+        )
+    return Scene(
+        surfaces=tuple(Surface(s.curvature, s.vertex, s.tilt) for s in surfaces),
+        media=media,
+        light=Light(**msgspec.structs.asdict(light)),
+        screen=Surface(**msgspec.structs.asdict(screen)),
+        beams=tuple(word_of(beam, len(surfaces)) for beam in beams),
+        shield=_made(Shield, table.shield),
+        collecting_lens=_made(CollectingLens, table.collecting_lens),
+    )
+
+
+def _made(kind: Callable[..., Made], table: msgspec.Struct | None) -> Made | None:
+    return None if table is None else kind(**msgspec.structs.asdict(table))
+
+
+def save_scene(path: str | Path, scene: Scene, camera: Camera | None = None) -> None:
+    """Write a scene, surface by surface, and a camera to a TOML file; `load_scene` gives back the same numbers.
+
+    Raises FileExistsError where the file is there already.
+    """
+    with Path(path).open("x", encoding="utf-8") as file:
+        file.write(scene_text(scene, camera))
+
+
+def scene_text(scene: Scene, camera: Camera | None = None) -> str:
+    """What `save_scene` writes."""
+
+    def surface(s: Surface) -> SurfaceTable:
+        return SurfaceTable(float(s.curvature), _three(s.vertex), _two(s.tilt))
+
+    light, shield, lens = scene.light, scene.shield, scene.collecting_lens
+    state = [None if angle is None else float(angle) for angle in (light.polarization, light.ellipticity, light.degree)]
+    table = SceneFile(
+        surfaces=tuple(map(surface, scene.surfaces)),
+        media=tuple(map(float, scene.media)),
+        beams=scene.beams,
+        light=LightTable(float(light.wavelength), _two(light.tilt), *state),
+        screen=surface(scene.screen),
+        shield=None if shield is None else ShieldTable(float(shield.radius), _three(shield.vertex), _two(shield.tilt)),
+        collecting_lens=None if lens is None else CollectingLensTable(float(lens.focal_length), _three(lens.vertex)),
+        camera=None if camera is None else _camera_table(camera),
+    )
+    return tomli_w.dumps(_without_none(msgspec.to_builtins(table)))
+
+
+def _camera_table(camera: Camera) -> CameraTable:
+    return CameraTable(
+        camera.shape,
+        float(camera.pixel_size),
+        None if camera.centre_px is None else _two(camera.centre_px),
+        float(camera.exposure),
+        float(camera.full_well),
+        float(camera.read_noise),
+        camera.bits,
+    )
+
+
+def _two(values) -> Two:
+    x, y = values
+    return float(x), float(y)
+
+
+def _three(values) -> Three:
+    x, y, z = values
+    return float(x), float(y), float(z)
+
+
+def _without_none(tree):
+    if isinstance(tree, dict):
+        return {key: _without_none(value) for key, value in tree.items() if value is not None}
+    return tree

@@ -1,0 +1,35 @@
+"""Smooth fields at points, and sums of them over the pixels of an image."""
+
+from newtonjax.fields import jet_fields as jet_fields
+from newtonjax.fields import packed as packed
+from newtonjax.fields.at_points import Fields as Fields
+from newtonjax.fields.at_points import arrivals_at as arrivals_at
+from newtonjax.fields.at_points import fields_at as fields_at
+from newtonjax.fields.at_points import intensity as intensity
+from newtonjax.fields.at_points import opd_at as opd_at
+from newtonjax.fields.at_points import pairs as pairs
+from newtonjax.fields.at_points import path_difference as path_difference
+from newtonjax.fields.at_points import polar as polar
+from newtonjax.fields.closed_form import closed_fields as closed_fields
+from newtonjax.fields.fringes import split as split
+from newtonjax.fields.localization import meeting_height as meeting_height
+from newtonjax.fields.packed import Packed as Packed
+from newtonjax.fields.packed import arrivals as arrivals
+from newtonjax.fields.packed import coefficients_and_changes as coefficients_and_changes
+from newtonjax.fields.packed import node_arrivals as node_arrivals
+from newtonjax.fields.packed import node_fields as node_fields
+from newtonjax.fields.packed import pack as pack
+from newtonjax.fields.packed import peak_amplitudes as peak_amplitudes
+from newtonjax.fields.packed import with_beams as with_beams
+from newtonjax.fields.pixels import WIDE as WIDE
+from newtonjax.fields.pixels import image as image
+from newtonjax.fields.pixels import parts as parts
+from newtonjax.fields.smoothness import ErrorEstimate as ErrorEstimate
+from newtonjax.fields.smoothness import error_from_nodes as error_from_nodes
+from newtonjax.fields.smoothness import error_of as error_of
+from newtonjax.fields.smoothness import smooth as smooth
+from newtonjax.fields.sums import pairs_of as pairs_of
+from newtonjax.fields.sums import product_sums as product_sums
+from newtonjax.fields.synthesis import synthesize as synthesize
+from newtonjax.fields.synthesis import synthesize_on as synthesize_on
+from newtonjax.fields.synthesis import synthesize_single as synthesize_single

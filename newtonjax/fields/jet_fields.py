@@ -1,0 +1,270 @@
+"""The fields of a bench whose numbers are jets: exact derivatives at points of its screen, in NumPy.
+
+Rays go through the tracer's own formulas (`rays.interact`, `rays.land`, `fresnel`), one beam after the other and all
+points side by side, so that nothing is compiled. Level 0 of the jets is the launch plane's: its two tangents are the
+tube of rays. The other levels are the caller's.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+from jaxtyping import Bool, Float
+
+from newtonjax.fields.at_points import Fields, pairs
+from newtonjax.numerics import Jet, chebyshev, jets, value_of, without_tangents
+from newtonjax.rays import (
+    Landing,
+    Leg,
+    Ray,
+    Route,
+    Setting,
+    foci,
+    gather,
+    interact,
+    is_small,
+    land,
+    reflected,
+    transmitted,
+)
+from newtonjax.scene import REFLECT, Camera, Scene, itinerary, middle, shares
+from newtonjax.scene import corners as _corners
+
+_STEPS = 25
+
+
+class Courses(NamedTuple):
+    """A bench of two beams for `fields`: what each beam meets, and what they share; numbers [..., benches, 1].
+
+    `routes`: by beam its interactions one by one, the longer beam second. `shares`: of the polarization components.
+    """
+
+    routes: tuple[list[Route], list[Route]]
+    setting: Setting
+    wavelength: Any
+    shares: Any
+
+
+class JetFields(NamedTuple):
+    """As `fields.Fields` of two beams, numbers [benches, points]; background, envelope and phase are jets."""
+
+    background: Jet
+    envelope: Jet
+    phase: Jet
+    rounding: Float[np.ndarray, "benches points"]
+    arrives: Bool[np.ndarray, "benches points"]
+
+
+class _Arrived(NamedTuple):
+    """As `rays.Arrival`."""
+
+    path: Jet
+    field: Jet
+    quarter_turns: Float[np.ndarray, "benches points"]
+    arrives: Bool[np.ndarray, "benches points"]
+
+
+def node_points(camera: Camera, count: int) -> Jet | Float[np.ndarray, "2 n"]:
+    """As `scene.node_points`, [2, n]; the camera's numbers may be jets."""
+    (rows, columns), at = camera.shape, chebyshev.nodes(count)
+    centre = middle(camera.shape) if camera.centre_px is None else camera.centre_px
+    y, x = np.meshgrid((rows - 1) / 2 * (1 + at), (columns - 1) / 2 * (1 + at), indexing="ij")
+    return jets.stack([(x.ravel() - centre[0]) * camera.pixel_size, (y.ravel() - centre[1]) * camera.pixel_size])
+
+
+def courses(scenes: Sequence[Scene]) -> Courses:
+    """Benches of one structure side by side; numbers may be jets, which have level 0 for the launch plane."""
+    gathered = [gather(scene) for scene in scenes]
+    scene = scenes[0]
+    ((first, second),) = pairs(scene)
+
+    def beside(*numbers):
+        number = jets.stack(numbers, axis=-1)
+        return number.reshape(*number.shape, 1)
+
+    def stops(beam: int) -> list[Route]:
+        routes = [routes for routes, _ in gathered]
+        return [
+            routes[0]._replace(
+                action=routes[0].action[beam, k],
+                down=routes[0].down[beam, k],
+                **{
+                    name: beside(*(getattr(route, name)[beam, k] for route in routes))
+                    for name in ("curvature", "vertex", "axis", "before", "beyond")
+                },
+            )
+            for k in range(len(itinerary(scene.beams[beam], len(scene.surfaces)).surface))
+        ]
+
+    setting = jax.tree.map(beside, *(setting for _, setting in gathered))
+    wavelength = beside(*(jets.asarray(scene.wavelength) for scene in scenes))
+    return Courses((stops(first), stops(second)), setting, wavelength, shares(scene.light))
+
+
+def at_nodes(benches: Sequence[tuple[Scene, Camera]], count: int, levels: int) -> JetFields:
+    """The fields at `count` x `count` nodes of each bench's image; they arrive only if those at the corners do."""
+    points = jets.stack([node_points(camera, count) for _, camera in benches], axis=1)
+    if not isinstance(points, Jet):
+        points = Jet(points.reshape((1,) * levels + points.shape), levels)
+    bench = courses([scene for scene, _ in benches])
+    made = fields(bench, points)
+    if benches[0][0].shield is None:
+        return made
+    # A hole's edge may lie between the outer nodes and the frame.
+    corners = np.array([_corners(jax.tree.map(value_of, camera)) for _, camera in benches])
+    at_corners = fields(bench, Jet(corners.transpose(2, 0, 1).reshape((1,) * levels + (2, len(benches), 4)), levels))
+    return made._replace(arrives=made.arrives & at_corners.arrives.all(axis=1, keepdims=True))
+
+
+def fields(bench: Courses, points: Jet) -> JetFields:
+    """The fields at points [2, benches, points] of the screen [m]."""
+    # What a ray that does not land computes is left out afterwards.
+    with np.errstate(all="ignore"):
+        one, two = (_arrive(route, bench.setting, points) for route in bench.routes)
+        path = (two.path - one.path) / bench.wavelength
+        longest = np.maximum(abs(one.path.value), abs(two.path.value)) / value_of(bench.wavelength)
+        return JetFields(
+            background=_weighted(_square(one.field) + _square(two.field), bench.shares),
+            envelope=2 * _weighted(two.field * one.field.conj(), bench.shares),
+            phase=path - (two.quarter_turns - one.quarter_turns) / 4,
+            rounding=8 * np.finfo(float).eps * longest,
+            arrives=one.arrives & two.arrives,
+        )
+
+
+def values_of(made: JetFields) -> Fields:
+    """The fields of the first bench by themselves."""
+    return Fields(
+        made.background.value[0], made.envelope.value[:1], made.phase.value[:1], made.rounding[0], made.arrives[0]
+    )
+
+
+def coefficients(made: JetFields) -> Jet:
+    """Chebyshev coefficients [benches, 3, n, n] of background, modulus and phase, as `fields.polar` has them."""
+    envelope = made.envelope
+    largest = np.take_along_axis(envelope.value, abs(envelope.value).argmax(axis=-1, keepdims=True), axis=-1)
+    size = abs(largest)
+    unit = np.where(size > 0, largest / np.where(size > 0, size, 1.0), 1.0)
+    turned = envelope * unit.conj()
+    slope = turned.imag / jets.where(turned.real == 0, 1.0, turned.real)
+    angle = (jets.arctan(slope) + np.angle(unit)) * (1 / (2 * np.pi))
+    modulus = turned.real * jets.sqrt(slope * slope + 1)
+    table = jets.stack([made.background, modulus, made.phase + angle], axis=1)
+    count = round(table.shape[-1] ** 0.5)
+    onto = chebyshev.analysis(count)
+    grid = table.reshape(*table.shape[:-1], count, count)
+    return Jet(onto @ grid.parts @ onto.T, grid.levels)
+
+
+def _square(field: Jet) -> Jet:
+    return field.real * field.real + field.imag * field.imag
+
+
+def _weighted(products: Jet, weights) -> Jet:
+    """Summed over directions, and over components with their shares."""
+    each = products.sum(0)
+    return weights[0] * each[0] + weights[1] * each[1]
+
+
+def _shoot(route: list[Route], setting: Setting, start) -> tuple[Any, list[Any]]:
+    origin, across_x, across_y, direction = setting.launch
+    nothing: Any = np.zeros(())
+    ray = Ray(origin + start[0] * across_x + start[1] * across_y, direction, nothing, nothing == 0)
+    legs = []
+    for stop in route:
+        ray, leg = interact(ray, stop)
+        legs.append(leg)
+    return land(setting, ray), legs
+
+
+def _values(tree):
+    """With all tangents left out."""
+    return jax.tree.map(without_tangents, tree)
+
+
+def _without_tube(number) -> Any:
+    """With the tangents of the launch plane left out."""
+    return number.at_level(0, 0) if isinstance(number, Jet) else number
+
+
+def _launched(at: np.ndarray, levels: int) -> Jet:
+    """Launch coordinates with tangents by themselves, at level 0."""
+    by_itself = np.eye(2).reshape(2, 2, *[1] * (at.ndim - 1)) * np.ones(at.shape[1:])
+    return jets.variable(at, by_itself, 0, levels)
+
+
+def _jacobian(point: Jet) -> list[list[np.ndarray]]:
+    """Of the two coordinates by the two of the launch plane."""
+    rest = (0,) * (point.levels - 1)
+    return [[point.parts[(1 + j, *rest, i)] for j in range(2)] for i in range(2)]
+
+
+def _solve(matrix: list[list[np.ndarray]], right):
+    (a, b), (c, d) = matrix
+    determinant = a * d - b * c
+    inverse = 1 / np.where(determinant == 0, 1.0, determinant)
+    return [right[0] * (d * inverse) - right[1] * (b * inverse), right[1] * (a * inverse) - right[0] * (c * inverse)]
+
+
+def _aim(route: list[Route], setting: Setting, points: Jet) -> tuple[np.ndarray, np.ndarray, list[list[np.ndarray]]]:
+    """Launch coordinates of the rays that land on the points, as `aiming.aim`; whether they do; and the slope there."""
+    route, setting, target = _values(route), _values(setting), points.value
+    start = np.zeros(target.shape)
+    settled = found = np.zeros(target.shape[1:], bool)
+    slope, last = [], False
+    for _ in range(_STEPS):
+        landing, _ = _shoot(route, setting, _launched(start, points.levels))
+        slope, away = _jacobian(landing.point), target - landing.point.value
+        move = np.stack(_solve(slope, away))
+        small = is_small(move, start) & is_small(away, target)
+        found = np.where(settled, found, small & landing.alive)
+        # A ray that has settled takes the last step too, after which only rounding is left.
+        start = np.where(found | ~settled, start + move, start)
+        if last:
+            break
+        settled = settled | small
+        last = bool(settled.all())
+    found = found & np.isfinite(start).all(axis=0)
+    return np.where(found, start, 0.0), found, slope
+
+
+def _arrive(route: list[Route], setting: Setting, points: Jet) -> _Arrived:
+    levels = points.levels
+    at, found, slope = _aim(route, setting, points)
+    start = Jet(at.reshape((1,) * levels + at.shape), levels)
+    # Each step with the value's slope gets the tangents of one more order (Griewank and Walther 2008, chapter 15).
+    for _ in range(1, levels):
+        landing, _ = _shoot(route, setting, start)
+        start = start + jets.stack(_solve(slope, points - landing.point))
+    landing, legs = _shoot(route, setting, start + (_launched(at, levels) - at))
+    (a, b), (c, d) = ([landing.point[i].at_level(0, 1 + j) for j in range(2)] for i in range(2))
+    spread = a * d - b * c
+    target, point = points.value, landing.point.value
+    reaches = abs(target - point).max(axis=0) <= 1e-6 * (abs(target).max(axis=0) + abs(point).max(axis=0) + 1e-6)
+    arrives = found & landing.alive & reaches & (spread.value != 0)
+    field = setting.field
+    for stop, leg in zip(route, legs, strict=True):
+        leg = jax.tree.map(_without_tube, leg)
+        field = reflected(stop, leg, field) if stop.action == REFLECT else transmitted(stop, leg, field)
+    field = field * (1 / jets.sqrt(jets.where(arrives, abs(spread), 1.0))).astype(complex)
+    path = _without_tube(landing.path)
+    return _Arrived(
+        jets.where(arrives, path, 0.0), jets.where(arrives, field, 0.0), _quarter_turns(landing, legs), arrives
+    )
+
+
+def _quarter_turns(landing: Landing, legs: list[Leg]) -> Float[np.ndarray, "benches points"]:
+    """Caustics crossed on the way."""
+
+    def tube(number) -> Float[np.ndarray, "3 2 ..."]:
+        if not isinstance(number, Jet):
+            return np.zeros((len(number), 2, *number.shape[1:]))
+        by_launch = number.parts[(slice(None), *[0] * (number.levels - 1))]
+        return np.moveaxis(by_launch[1:] if len(by_launch) > 1 else np.zeros((2, *number.shape)), 0, 1)
+
+    ways = [
+        (landing.direction, landing.length, landing.position),
+        *((leg.direction, leg.length, leg.position) for leg in legs),
+    ]
+    return np.asarray(sum(foci(value_of(d), value_of(length), tube(p), tube(d)) for d, length, p in ways))

@@ -1,0 +1,125 @@
+"""An image from the coefficients of its fields, outside of transformations: one small program a shape.
+
+What is compiled for depends on rows, columns, a size class of the nodes and whether there is more than one pair of
+beams. Above 32 MB one program of a few rows is called for one block of rows after the other.
+"""
+
+from collections.abc import Iterator
+from functools import lru_cache, partial
+from itertools import chain
+
+import jax
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from newtonjax.fields.row_strips import AbstractRow, row, single_row
+from newtonjax.fields.synthesis import image_of, terms_of
+from newtonjax.numerics import chebyshev, cos_turns, image_memory, x64
+
+# Nodes to a side, and pairs of beams, that programs are compiled for: coefficients are padded with zeros.
+_NODES, _PAIRS = (5, 9, 17, 33, 65, 129), (1, 6, 28)
+# An array above 32 MB is fresh memory each time, in pages of 4 kB unless NumPy asks for it. Below, blocks are such
+# that one stays in the cache until it is copied to its place.
+_WHOLE, _BLOCK = 2**25, 2**17
+# Wide vectors halve the time where the processor has them. A program of a user's own cannot be told so.
+WIDE = {"xla_cpu_prefer_vector_width": 512}
+
+
+def image(
+    coefficients: Float[np.ndarray | Array, "fields count count"],
+    shape: tuple[int, int],
+    dtype: str = "float64",
+    result: str | None = None,
+) -> Float[Array, "rows columns"]:
+    """Background + Σ modulus cos 2π phase at every pixel, of fields given by their Chebyshev coefficients.
+
+    - `coefficients`: background, moduli, phases [turns], concrete, in float64.
+    - `dtype`: in which pixels are computed: in float32 they are at most 2e-5 of the peak away up to 250 turns.
+    - `result`: the type of the image; None for that.
+
+    Raises ValueError where the image is larger than memory.
+    """
+    result = dtype if result is None else result
+    size, total, columns = np.dtype(result).itemsize, *shape
+    in_blocks = total * columns * size > _WHOLE and jax.default_backend() == "cpu"
+    image_memory(shape, size if in_blocks else 2 * size)
+    rows = min(max(_BLOCK // columns, 1), total) if in_blocks else total
+    blocks = parts(coefficients, shape, rows, dtype, result)
+    if not in_blocks:
+        return next(blocks)[1]
+    pixels = _aligned(shape, result)
+    for first, part in blocks:
+        pixels[first : first + rows] = part
+    with x64():
+        return jax.device_put(pixels, may_alias=True)
+
+
+def parts(
+    coefficients: Float[np.ndarray | Array, "fields count count"],
+    shape: tuple[int, int],
+    rows: int,
+    dtype: str = "float64",
+    result: str | None = None,
+) -> Iterator[tuple[int, Float[Array, "rows columns"]]]:
+    """`image` as (first row, so many rows from there), all by one program: the last block overlaps the one before."""
+    total = shape[0]
+    padded = _padded(np.asarray(coefficients, dtype=np.float64))
+    pairs = () if len(padded) == 1 + 2 * _PAIRS[0] else ((len(coefficients) - 1) // 2,)
+    program = _of_pairs if pairs else _of_one_pair
+    with x64():
+        way = _way(shape[1], padded.shape[-1], dtype)
+        along_y = _along_y(total, padded.shape[-1], rows == total)
+    for first in chain(range(0, total - rows, rows), (total - rows,)):
+        with x64():
+            basis = along_y if rows == total else along_y[:, first : first + rows]
+            part = program(padded, basis, way, *pairs, result or dtype)
+        yield first, part
+
+
+@lru_cache(maxsize=8)
+def _way(columns: int, count: int, dtype: str) -> AbstractRow:
+    """The way over a row, kept on the device for the next image of its shape."""
+    single = single_row(columns, count) if dtype == "float32" else None
+    return jax.device_put(row(columns, count) if single is None else single)
+
+
+@lru_cache(maxsize=8)
+def _along_y(rows: int, count: int, whole: bool) -> Array | np.ndarray:
+    """The basis along y, on the device too where it is taken whole."""
+    basis = chebyshev.basis(rows, count)
+    return jax.device_put(basis) if whole else basis
+
+
+@partial(jax.jit, static_argnames="dtype", compiler_options=WIDE)
+def _of_one_pair(coefficients, along_y, way: AbstractRow, dtype: str):
+    return image_of(way, coefficients, along_y).astype(dtype)
+
+
+@partial(jax.jit, static_argnames="dtype", compiler_options=WIDE)
+def _of_pairs(coefficients, along_y, way: AbstractRow, pairs: Int[Array, ""], dtype: str):
+    terms = terms_of(way, coefficients, along_y)
+    most = (len(terms) - 1) // 2
+
+    def with_pair(pair, image):
+        return image + way.field(terms[1 + pair]) * cos_turns(way.field(terms[1 + most + pair]))
+
+    return way.flat(jax.lax.fori_loop(0, pairs, with_pair, way.field(terms[0]))).astype(dtype)
+
+
+def _padded(coefficients: np.ndarray) -> np.ndarray:
+    """Coefficients with zeros, up to the next class of nodes and of pairs."""
+    pairs, count = (len(coefficients) - 1) // 2, coefficients.shape[-1]
+    most = next(size for size in (*_PAIRS, pairs) if size >= pairs)
+    nodes = next(size for size in (*_NODES, count) if size >= count)
+    padded = np.zeros((1 + 2 * most, nodes, nodes))
+    padded[: 1 + pairs, :count, :count] = coefficients[: 1 + pairs]
+    padded[1 + most : 1 + most + pairs, :count, :count] = coefficients[1 + pairs :]
+    return padded
+
+
+def _aligned(shape: tuple[int, int], dtype: str) -> np.ndarray:
+    """An empty array that JAX takes as it is: at a multiple of 64 bytes."""
+    size = shape[0] * shape[1] * np.dtype(dtype).itemsize
+    raw = np.empty(size + 64, np.uint8)
+    offset = -raw.ctypes.data % 64
+    return raw[offset : offset + size].view(dtype).reshape(shape)

@@ -1,0 +1,13 @@
+"""Ways to an image, each with what it honours and what it errs by."""
+
+from newtonjax.methods.base import AbstractMethod as AbstractMethod
+from newtonjax.methods.base import require_method as require_method
+from newtonjax.methods.base import unreached as unreached
+from newtonjax.methods.closed_form import ClosedForm as ClosedForm
+from newtonjax.methods.nodes import Chebyshev as Chebyshev
+from newtonjax.methods.splatting import Splat as Splat
+from newtonjax.methods.splatting import Splatted as Splatted
+from newtonjax.methods.splatting import splat as splat
+from newtonjax.methods.splatting import spread as spread
+from newtonjax.methods.splatting import why_unpaired as why_unpaired
+from newtonjax.methods.traced import Traced as Traced

@@ -1,0 +1,78 @@
+"""Rays at every pixel."""
+
+from collections.abc import Callable
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Shaped
+
+from newtonjax.fields import fields_at, intensity, opd_at, packed, path_difference
+from newtonjax.methods.base import AbstractMethod, require_two_beams
+from newtonjax.numerics import is_concrete, x64
+from newtonjax.rays import Arrival
+from newtonjax.scene import Camera, Scene
+
+
+class Traced(AbstractMethod):
+    """Rays aimed and traced at every pixel: the reference, and the way where fields are not smooth.
+
+    A beam adds nothing to a pixel where none of its rays lands; where several do, at a caustic, one is followed, and
+    `plan` says so. Works `chunk` pixels at a time, in constant memory.
+    """
+
+    chunk: int = eqx.field(static=True, default=16384)
+
+    def __check_init__(self):
+        if self.chunk < 1:
+            raise ValueError(f"chunk is {self.chunk}; allowed: 1 pixel or more")
+
+    def check(self, scene: Scene) -> None:
+        """Every scene is honoured."""
+
+    def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
+        if is_concrete(scene, camera):
+            return self._by_blocks(scene, camera, lambda bench, beams: intensity(packed.node_fields(bench, beams)))
+        return at_every_pixel(lambda points: intensity(fields_at(scene, points)), camera, self.chunk)
+
+    def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
+        require_two_beams(scene)
+        if is_concrete(scene, camera):
+            return self._by_blocks(scene, camera, lambda bench, beams: path_difference(beams, bench.pairs)[0])
+        return at_every_pixel(lambda points: opd_at(scene, points)[0], camera, self.chunk)
+
+    def _by_blocks(self, scene: Scene, camera: Camera, function) -> Float[Array, "rows columns"]:
+        with x64():
+            return jnp.asarray(by_blocks(packed.pack(scene), camera, self.chunk, function))
+
+
+def by_blocks(
+    bench: packed.Packed, camera: Camera, chunk: int, function: Callable[[packed.Packed, Arrival], np.ndarray]
+) -> Shaped[np.ndarray, "rows columns"]:
+    """A function of a bench of known numbers and of its arriving beams, at every pixel, `chunk` pixels at a time."""
+    (x, y), (rows, columns) = camera.axes(), camera.shape
+
+    def block(first: int) -> np.ndarray:
+        pixel = np.arange(first, min(first + chunk, rows * columns))
+        points = np.stack([x[pixel % columns], y[pixel // columns]], axis=1)
+        return function(bench, packed.arrivals(bench, points))
+
+    return np.concatenate([block(first) for first in range(0, rows * columns, chunk)]).reshape(rows, columns)
+
+
+def at_every_pixel(
+    function: Callable[[Float[Array, "chunk 2"]], Shaped[Array, " chunk"]], camera: Camera, chunk: int
+) -> Shaped[Array, "rows columns"]:
+    """A function of screen points [m] at every pixel, `chunk` pixels at a time."""
+    x, y = map(jnp.asarray, camera.axes())
+    rows, columns = camera.shape
+    count = min(chunk, rows * columns)
+    chunks = -(-rows * columns // count)
+
+    def block(start):
+        pixel = jnp.minimum(start + jnp.arange(count), rows * columns - 1)
+        return function(jnp.stack([x[pixel % columns], y[pixel // columns]], axis=1))
+
+    flat = jax.lax.map(block, jnp.arange(chunks) * count)
+    return flat.ravel()[: rows * columns].reshape(rows, columns)

@@ -1,0 +1,5 @@
+"""Arrays and numbers: nothing of optics."""
+
+from newtonjax.doors import door
+
+__getattr__, __dir__, __all__ = door(__name__)

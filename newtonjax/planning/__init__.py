@@ -1,0 +1,5 @@
+"""Which way to an image, and what it costs."""
+
+from newtonjax.doors import door
+
+__getattr__, __dir__, __all__ = door(__name__)

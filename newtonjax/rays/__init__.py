@@ -1,0 +1,5 @@
+"""One ray, one beam, one point of the screen."""
+
+from newtonjax.doors import door
+
+__getattr__, __dir__, __all__ = door(__name__)

@@ -1,0 +1,125 @@
+"""The camera: which points of the screen are pixels, and what a photograph adds to an image."""
+
+import operator
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Key, UInt8, UInt16
+
+from newtonjax.numerics import (
+    Scalar,
+    Vector2,
+    as_scalar,
+    as_vector,
+    finite,
+    image_memory,
+    is_concrete,
+    module_of,
+    namespace,
+    nodes,
+    positive,
+    require,
+)
+
+# Bytes a pixel while noise is drawn, measured.
+_EXPOSING = 110
+
+
+def _whole(shape) -> tuple[int, int]:
+    try:
+        rows, columns = (operator.index(n) for n in shape)
+    except (TypeError, ValueError):
+        raise ValueError(f"shape is {shape!r}; allowed: (rows, columns), two whole numbers") from None
+    return rows, columns
+
+
+class Camera(eqx.Module):
+    """A grid of square pixels on the screen, and the noise of the sensor behind it.
+
+    - `shape`: (rows, columns). Static.
+    - `pixel_size`: distance of pixel centres on the screen [m].
+    - `centre_px`: (x, y) of the screen's origin in pixels, pixel centres at integers; None is the image's middle.
+    - `exposure`: photoelectrons that unit irradiance (the incident light's) puts into a pixel.
+    - `full_well`: photoelectrons at which a pixel saturates, the largest code.
+    - `read_noise`: standard deviation [photoelectrons].
+    - `bits`: 8 to 16, the depth of the code. Static.
+    """
+
+    shape: tuple[int, int] = eqx.field(static=True, converter=_whole)
+    pixel_size: Scalar = eqx.field(converter=as_scalar)
+    centre_px: Vector2 | None = eqx.field(converter=lambda c: None if c is None else as_vector(c), default=None)
+    exposure: Scalar = eqx.field(converter=as_scalar, default=10_000.0)
+    full_well: Scalar = eqx.field(converter=as_scalar, default=12_000.0)
+    read_noise: Scalar = eqx.field(converter=as_scalar, default=5.0)
+    bits: int = eqx.field(static=True, default=8)
+
+    def __check_init__(self):
+        if min(self.shape) < 1:
+            raise ValueError(f"shape is {self.shape}; allowed: (rows, columns), both at least 1")
+        if not 8 <= self.bits <= 16:
+            raise ValueError(f"bits is {self.bits}; allowed: 8 to 16")
+        require("pixel_size", self.pixel_size, "a positive length in metres", positive)
+        require("exposure", self.exposure, "a positive number of photoelectrons", positive)
+        require("full_well", self.full_well, "a positive number of photoelectrons", positive)
+        require("read_noise", self.read_noise, "0 or more photoelectrons", lambda v: finite(v) and np.all(v >= 0))
+
+    def axes(self) -> tuple[Float[Any, " columns"], Float[Any, " rows"]]:
+        """Screen coordinates x of the columns and y of the rows [m]; NumPy where the camera's numbers are known."""
+        xp = namespace(self.pixel_size, self.centre_px)
+        rows, columns = self.shape
+        return self._at(xp.arange(columns, dtype=float), xp.arange(rows, dtype=float))
+
+    def ends(self) -> tuple[Float[Any, "2"], Float[Any, "2"]]:
+        """What `axes` has at its ends [m]: x of the first and the last column, y of the first and the last row."""
+        rows, columns = self.shape
+        return self._at(np.array([0.0, columns - 1]), np.array([0.0, rows - 1]))
+
+    def _at(self, columns, rows):
+        cx, cy = middle(self.shape) if self.centre_px is None else (self.centre_px[0], self.centre_px[1])
+        return (columns - cx) * self.pixel_size, (rows - cy) * self.pixel_size
+
+    def expose(
+        self, image: Float[Array | np.ndarray, "rows columns"], key: Key[Array, ""]
+    ) -> UInt8[Array, "rows columns"] | UInt16[Array, "rows columns"]:
+        """A photograph of an image: shot noise (Poisson), read noise (normal), saturation, and linear codes.
+
+        Returns uint8 for 8 bits, else uint16; code = round(electrons / full_well (2^bits - 1)), clipped. Raises
+        ValueError for an image of another shape, and where the noise takes more memory than there is.
+        """
+        if np.shape(image) != self.shape:
+            raise ValueError(f"the image has shape {np.shape(image)}; allowed: the camera's, {self.shape}")
+        if is_concrete(image, key):
+            image_memory(self.shape, _EXPOSING)
+        shot, read = jax.random.split(key)
+        mean = jnp.clip(jnp.asarray(image) * self.exposure, 0.0)
+        arrived = jax.random.poisson(shot, mean).astype(mean.dtype)
+        electrons = arrived + self.read_noise * jax.random.normal(read, mean.shape)
+        top = 2**self.bits - 1
+        code = jnp.clip(jnp.round(electrons / self.full_well * top), 0, top)
+        return code.astype(jnp.uint8 if self.bits == 8 else jnp.uint16)
+
+
+def corners(camera: Camera) -> Float[Any, "4 2"]:
+    """Screen points [m] of the centres of the pixels in the frame's corners."""
+    x, y = camera.ends()
+    return module_of(x).stack([x[np.array([0, 0, 1, 1])], y[np.array([0, 1, 0, 1])]], axis=1)
+
+
+def middle(shape: tuple[int, int]) -> tuple[float, float]:
+    """(x, y) of the middle of an image in pixels."""
+    return (shape[1] - 1) / 2, (shape[0] - 1) / 2
+
+
+def node_points(camera: Camera, count: int) -> Float[Any, "n 2"]:
+    """Screen points [m] of the grid of nodes over the image, row by row; NumPy where the camera's numbers are known."""
+    x, y = camera.ends()
+    xp, at = module_of(x), nodes(count)
+
+    def spread(axis):
+        return (axis[-1] + axis[0]) / 2 + at * (axis[-1] - axis[0]) / 2
+
+    grid_y, grid_x = xp.meshgrid(spread(y), spread(x), indexing="ij")
+    return xp.stack([grid_x.ravel(), grid_y.ravel()], axis=1)

@@ -1,0 +1,147 @@
+"""The gap between two facing surfaces: thickness, and the fringes of equal thickness that it makes."""
+
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from newtonjax.numerics import Scalar, is_concrete, namespace
+from newtonjax.scene.scene import Scene
+from newtonjax.scene.surfaces import SHALLOW, Surface, frame, sag
+
+
+def gap_of(scene: Scene) -> int | None:
+    """The surface above the gap in which the scene's two beams differ by one round trip, or None."""
+    if len(scene.beams) != 2:
+        return None
+    short, long = sorted(scene.beams, key=len)
+    for upper in range(len(scene.surfaces) - 1):
+        once = f"T{upper} T{upper + 1}"
+        if (
+            scene.view == "transmitted"
+            and "R" not in short
+            and long == short.replace(once, f"T{upper} R{upper + 1} R{upper} T{upper + 1}")
+        ):
+            return upper
+        if (
+            scene.view == "reflected"
+            and long == short.replace(f"R{upper}", f"T{upper} R{upper + 1} T{upper}")
+            and short.count("R") == 1
+        ):
+            return upper
+    return None
+
+
+def required_gap(scene: Scene) -> int:
+    """As `gap_of`. Raises ValueError where the beams do not differ by one round trip in one gap."""
+    upper = gap_of(scene)
+    if upper is None:
+        raise ValueError(
+            f"the scene follows the beams {', '.join(map(repr, scene.beams))}; "
+            "allowed: two that differ by one round trip in one gap"
+        )
+    return upper
+
+
+def height(surface: Surface, x: Float[Any, "..."], y: Float[Any, "..."], profile=sag) -> Float[Any, "..."]:
+    """Z of a surface over the point (x, y) [m]: an upright sphere, or a plane of any tilt.
+
+    The exact sphere where it has a curvature that is traced or not 0; a plane costs no square root.
+    """
+    vertex = surface.vertex
+    dx, dy = x - vertex[0], y - vertex[1]
+    axis = frame(surface.tilt)[2]
+    plane = vertex[2] - (axis[0] / axis[2] * dx + axis[1] / axis[2] * dy)
+    if is_concrete(surface.curvature) and np.all(np.asarray(surface.curvature) == 0):
+        return namespace(plane).asarray(plane)
+    return plane + profile(surface.curvature, dx * dx + dy * dy)
+
+
+class Gap(NamedTuple):
+    """The faces above and below a gap, and the refractive index of what fills it."""
+
+    above: Surface
+    below: Surface
+    refractive_index: Scalar
+
+    def is_shallow(self, x: Float[Any, "..."], y: Float[Any, "..."]) -> Bool[Array, ""]:
+        """Whether `shallow_sag` holds for both faces at all points."""
+        steepest = jnp.zeros(())
+        for surface in (self.above, self.below):
+            dx, dy = x - surface.vertex[0], y - surface.vertex[1]
+            steepest = jnp.maximum(steepest, surface.curvature**2 * ((dx * dx).max() + (dy * dy).max()))
+        return steepest <= SHALLOW
+
+    def opd(self, x: Float[Any, "..."], y: Float[Any, "..."], profile=sag) -> Float[Any, "..."]:
+        """2 n t(x, y): the round trip through the gap along z [m]."""
+        return 2 * self.refractive_index * (height(self.above, x, y, profile) - height(self.below, x, y, profile))
+
+
+def gap_between(scene: Scene) -> Gap:
+    """The gap of a scene. Raises ValueError as `required_gap`."""
+    upper = required_gap(scene)
+    return Gap(scene.surfaces[upper], scene.surfaces[upper + 1], scene.media[upper + 1])
+
+
+def gap_opd(scene: Scene, x: Float[Any, "..."], y: Float[Any, "..."], profile=sag) -> Float[Any, "..."]:
+    """`Gap.opd` of a scene's gap [m]."""
+    return gap_between(scene).opd(x, y, profile)
+
+
+def focus_height(scene: Scene, upper: int) -> Scalar:
+    """Z of the plane in which the viewer sees the face under the gap: its paraxial image on the viewer's side.
+
+    Imaged through every surface on the way by n'/s' = n/s + (n' - n) c, distances counted along the light.
+    """
+    down = scene.view == "transmitted"
+    object_z = scene.surfaces[upper + 1].vertex[2]
+    way = range(upper + 2, len(scene.surfaces)) if down else range(upper, -1, -1)
+    sign = -1.0 if down else 1.0
+    for k in way:
+        surface = scene.surfaces[k]
+        n1, n2 = (scene.media[k], scene.media[k + 1]) if down else (scene.media[k + 1], scene.media[k])
+        s = sign * (object_z - surface.vertex[2])
+        image = n2 * s / (n1 + (n2 - n1) * sign * surface.curvature * s)
+        object_z = surface.vertex[2] + sign * image
+    return object_z
+
+
+def why_not_closed(scene: Scene) -> str:
+    """The part of a scene for which 2 n t is not the path difference; empty where it is. Traced values pass."""
+    upper = gap_of(scene)
+    if upper is None:
+        return f"beams {', '.join(map(repr, scene.beams))}: it takes two that differ by one round trip in one gap"
+    for part in ("shield", "collecting_lens"):
+        if getattr(scene, part) is not None:
+            return f"{part}: it takes a bare screen"
+    if _nonzero(scene.light.tilt):
+        return "light.tilt: it takes light along -z"
+    for k, surface in enumerate(scene.surfaces):
+        curved = not is_concrete(surface.curvature) or bool(np.any(np.asarray(surface.curvature) != 0))
+        if curved and _nonzero(surface.tilt):
+            return f"surfaces[{k}].tilt: it takes upright spheres"
+    if _nonzero(scene.screen.tilt):
+        return "screen.tilt: it takes an upright screen"
+    if is_concrete(scene):
+        z, focus = scene.screen.vertex[2], focus_height(scene, upper)
+        if np.any(np.abs(z - focus) > 1e-9 + 1e-9 * np.abs(focus)):
+            where = f"z = {float(focus):.6g} m, screen='gap'"
+            return f"screen at z = {float(z):.6g} m: it takes one focused on the gap ({where})"
+    return ""
+
+
+def has_tilted_sphere(scene: Scene) -> bool:
+    """Whether a face of the gap is a tilted sphere, which has no closed form of its height over the plane."""
+    upper = required_gap(scene)
+    return any(_nonzero(f.tilt) and _nonzero(f.curvature) for f in scene.surfaces[upper : upper + 2])
+
+
+def _nonzero(value) -> bool:
+    return is_concrete(value) and bool(np.any(np.asarray(value) != 0))
+
+
+def gap_height(scene: Scene) -> float:
+    """Height of the upper face's vertex over the lower one's [m]."""
+    upper = required_gap(scene)
+    return float(scene.surfaces[upper].vertex[2] - scene.surfaces[upper + 1].vertex[2])

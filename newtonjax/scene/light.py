@@ -1,0 +1,111 @@
+"""The source: collimated, monochromatic light of any state of polarization."""
+
+from typing import Any
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Complex, Float
+
+from newtonjax.numerics import Scalar, Vector2, as_complex, as_scalar, as_vector, finite, namespace, positive, require
+from newtonjax.scene.surfaces import Direction, frame
+
+
+class Light(eqx.Module):
+    """Collimated light of one wavelength, of unit irradiance on a plane across it.
+
+    - `wavelength`: in vacuum [m].
+    - `tilt`: the direction, -z turned about x, then about y [rad].
+    - `polarization`: angle of the linear polarization (the ellipse's long axis) from x towards y [rad], about the
+      light's own axis; None for unpolarized light (two perpendicular components of half the irradiance, whose
+      intensities add).
+    - `ellipticity`: angle whose tangent is the ratio of the ellipse's axes [rad], ±π/4 for circular light, above 0 for
+      right-handed light (clockwise for who faces the source); None for linear polarization (Born and Wolf, Principles
+      of Optics, section 1.4.2).
+    - `degree`: of polarization, 0 to 1; None for 1. Partially polarized light is an unpolarized part and a polarized
+      one; two components hold both, since the coherency matrix has two eigenvectors (section 10.9.2).
+    """
+
+    wavelength: Scalar = eqx.field(converter=as_scalar)
+    tilt: Vector2 = eqx.field(converter=as_vector, default=(0.0, 0.0))
+    polarization: Scalar | None = None
+    ellipticity: Scalar | None = None
+    degree: Scalar | None = None
+
+    def __check_init__(self):
+        require("wavelength", self.wavelength, "a positive length in metres", positive)
+        require("light.tilt", self.tilt, "finite angles in radians", finite)
+        require(
+            "light.tilt", self.tilt, "angles whose light comes from above: both below π/2 = 1.5708 in size", _from_above
+        )
+        if self.polarization is None:
+            if self.ellipticity is not None or self.degree is not None:
+                raise ValueError(
+                    "ellipticity or degree of polarization without polarization; give its angle, or leave all three out"
+                )
+            return
+        require("polarization", self.polarization, "a finite angle in radians, or None", finite)
+        if self.ellipticity is not None:
+            require(
+                "ellipticity", self.ellipticity, "-π/4 to π/4 in radians, or None", lambda e: np.all(np.abs(e) < 0.7854)
+            )
+        if self.degree is not None:
+            require("degree", self.degree, "0 (unpolarized) to 1, or None", lambda d: np.all((d >= 0) & (d <= 1)))
+
+
+def _from_above(tilt: np.ndarray) -> bool:
+    return bool(np.all(np.abs(tilt) < np.pi / 2))
+
+
+def launch_frame(light: Light) -> tuple[Direction, Direction, Direction]:
+    """Two directions across the light, and the direction in which it travels."""
+    across_x, across_y, up = frame(light.tilt)
+    return across_x, across_y, -up
+
+
+def field_at_launch(light: Light) -> Complex[Any, "3 2"]:
+    """Unit field vectors of two components, which do not interfere with each other; `shares` says how strong they are.
+
+    NumPy for known numbers. Fully polarized light has a second component too, of share 0.
+    """
+    across_x, across_y, _ = launch_frame(light)
+    xp = namespace(light)
+    if light.polarization is None:
+        return as_complex(xp.stack([across_x, across_y], axis=1))
+    angle = light.polarization
+    along = as_complex(xp.cos(angle) * across_x + xp.sin(angle) * across_y)
+    aside = as_complex(xp.cos(angle) * across_y - xp.sin(angle) * across_x)
+    if light.ellipticity is not None:
+        long, short = as_complex(xp.cos(light.ellipticity)), 1j * as_complex(xp.sin(light.ellipticity))
+        along, aside = long * along + short * aside, long * aside + short * along
+    return xp.stack([along, aside], axis=1)
+
+
+def shares(light: Light) -> Float[Any, "2"]:
+    """Of the two components in the irradiance. NumPy for known numbers.
+
+    Apart from the fields: their square roots have no derivative at full polarization.
+    """
+    if light.polarization is None:
+        return np.array([0.5, 0.5])
+    if light.degree is None:
+        return np.array([1.0, 0.0])
+    return namespace(light).stack([1 + light.degree, 1 - light.degree]) / 2
+
+
+def mutual(
+    weights: Float[Any, "2"],
+    one: Complex[Any, "... 3 2"],
+    two: Complex[Any, "... 3 2"],
+) -> Complex[Any, "..."]:
+    """2 Two·One*, the envelope of the fringes of two fields, summed over components with their shares."""
+    each = (two * one.conj()).sum(axis=-2)
+    return 2 * (each * as_complex(weights)).sum(axis=-1)
+
+
+def irradiance(weights: Float[Any, "2"], field: Complex[Any, "... 3 2"]) -> Float[Any, "..."]:
+    """The square of a field, summed over components with their shares.
+
+    Not |E|²: JAX's second derivative of that is 0 where a part of the field vanishes.
+    """
+    each = (field.real**2 + field.imag**2).sum(axis=-2)
+    return (each * weights).sum(axis=-1)

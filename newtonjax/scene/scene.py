@@ -1,0 +1,97 @@
+"""A scene: a stack of surfaces and media, its light, the screen, and the beams that are followed."""
+
+from dataclasses import replace
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Float
+
+from newtonjax.numerics import Scalar, as_vector, is_concrete, positive, require
+from newtonjax.scene.beams import enumerate_beams, itinerary, word_of
+from newtonjax.scene.elements import CollectingLens, Shield, check_way
+from newtonjax.scene.light import Light
+from newtonjax.scene.surfaces import Surface
+
+
+class Scene(eqx.Module):
+    """What light meets. Every number in it may be traced, differentiated and batched.
+
+    - `surfaces`: in the order in which the light first meets them; it falls along -z.
+    - `media`: refractive indices (real), one more than surfaces: `media[k]` lies before surface k.
+    - `light`: the source.
+    - `screen`: the plane on which the image is taken, a `Surface` of curvature 0 whose turned x and y directions are
+      the image's. It may be virtual (a plane inside the stack seen through the glass): rays are drawn back to it.
+    - `beams`: words (see `newtonjax.scene.beams`) of the beams that meet on the screen. Static.
+    - `shield`: with a round hole that light must pass on its way to the screen; None where there is none.
+    - `collecting_lens`: an ideal lens on that way, which images some plane on the screen; None where there is none.
+    """
+
+    surfaces: tuple[Surface, ...]
+    media: Float[Array | np.ndarray, " media"] = eqx.field(converter=as_vector)
+    light: Light
+    screen: Surface
+    beams: tuple[str, ...] = eqx.field(static=True)
+    shield: Shield | None = None
+    collecting_lens: CollectingLens | None = None
+
+    def __check_init__(self):
+        if np.ndim(self.media) and len(self.media) != len(self.surfaces) + 1:
+            raise ValueError(
+                f"media has {len(self.media)} refractive indices for {len(self.surfaces)} surfaces; "
+                "allowed: one more than there are surfaces"
+            )
+        if not self.beams:
+            raise ValueError("beams is empty; allowed: at least one word such as 'T0 T1 T2 T3'")
+        if len(set(self.beams)) < len(self.beams):
+            raise ValueError(f"beams {self.beams} holds a word twice; each beam may be named once")
+        views = {itinerary(word, len(self.surfaces)).view for word in self.beams}
+        if len(views) > 1:
+            raise ValueError(f"beams {self.beams} leave on both sides; one screen sees one side only")
+        require("media", self.media, "positive refractive indices", positive)
+        if is_concrete(self.screen.curvature) and np.any(np.asarray(self.screen.curvature) != 0):
+            raise ValueError(f"screen.curvature is {self.screen.curvature}; allowed: 0, the screen is a plane")
+        beside = self.shield, self.collecting_lens
+        if any(part is not None for part in beside) and is_concrete(self.surfaces, self.screen, beside):
+            check_way(self)
+
+    @property
+    def view(self) -> str:
+        """The side on which the screen stands: "transmitted" or "reflected"."""
+        return itinerary(self.beams[0], len(self.surfaces)).view
+
+    @property
+    def wavelength(self) -> Scalar:
+        """The vacuum wavelength [m]."""
+        return self.light.wavelength
+
+
+def choose_beams(
+    scene: Scene,
+    *,
+    number: int | None = None,
+    energy: float | None = None,
+    names: tuple[str, ...] | None = None,
+    reflections: int = 3,
+) -> Scene:
+    """The scene with other beams, chosen among all with at most so many reflections, on its own side.
+
+    Exactly one choice: the `number` strongest, all of at least an `energy` (fraction of the incident flux on the
+    axis), or by `names` ("direct", "R2-R1") or whole words, with any number of reflections.
+
+    Raises ValueError for another number of choices, for an unknown name, for none left, and where the media are
+    traced but the choice needs their values.
+    """
+    if sum(choice is not None for choice in (number, energy, names)) != 1:
+        raise ValueError("choose_beams takes exactly one of number, energy and names")
+    if names is not None:
+        chosen = replace(scene, beams=tuple(word_of(name, len(scene.surfaces)) for name in names))
+        if chosen.view != scene.view:
+            raise ValueError(f"beams {', '.join(names)} leave on the other side: the scene's view is {scene.view!r}")
+        return chosen
+    if not is_concrete(scene.media):
+        raise ValueError("the media are traced, so that beam energies have no value yet; choose the beams outside")
+    found = enumerate_beams(scene.media, scene.view, reflections)
+    chosen = found[:number] if energy is None else tuple(beam for beam in found if beam.energy >= energy)
+    if not chosen:
+        raise ValueError(f"no beam is left of {len(found)}; the strongest has energy {found[0].energy:.3g}")
+    return replace(scene, beams=tuple(beam.word for beam in chosen))

@@ -1,0 +1,105 @@
+"""Spherical and plane surfaces: one type, curvature 0 is the plane."""
+
+from typing import Any, no_type_check
+
+import equinox as eqx
+from jaxtyping import Bool, Float, Num
+
+from newtonjax.numerics import (
+    Jet,
+    Scalar,
+    Vector2,
+    Vector3,
+    as_scalar,
+    as_vector,
+    finite,
+    functions,
+    namespace,
+    require,
+)
+
+SHALLOW = 1e-3  # the series' first term left out is then 4e-17 of the sag
+
+Direction = Float[Any, "3"]
+# Of one ray, or of many along the last axes.
+Vectors = Float[Any, "3 ..."]
+
+
+class Surface(eqx.Module):
+    """A sphere of given curvature through its vertex, or a plane where the curvature is 0.
+
+    The axis is +z turned by `tilt` about the vertex, first about x, then about y; the sag rises along the axis
+    for a positive curvature: sag(r) = c r² / (1 + sqrt(1 - c² r²)).
+
+    - `curvature`: 1/radius [1/m], positive where the centre lies on the +z side.
+    - `vertex`: (x, y, z) [m].
+    - `tilt`: rotations about x and y [rad].
+    """
+
+    curvature: Scalar = eqx.field(converter=as_scalar, default=0.0)
+    vertex: Vector3 = eqx.field(converter=as_vector, default=(0.0, 0.0, 0.0))
+    tilt: Vector2 = eqx.field(converter=as_vector, default=(0.0, 0.0))
+
+    def __check_init__(self):
+        require("curvature", self.curvature, "a finite number in 1/m", finite)
+        require("vertex", self.vertex, "finite lengths in metres", finite)
+        require("tilt", self.tilt, "finite angles in radians", finite)
+
+
+def frame(tilt) -> tuple[Direction, Direction, Direction]:
+    """The turned x, y and z directions: R_y(tilt[1]) R_x(tilt[0]) applied to the unit vectors."""
+    xp = namespace(tilt)
+    sx, cx, sy, cy = xp.sin(tilt[0]), xp.cos(tilt[0]), xp.sin(tilt[1]), xp.cos(tilt[1])
+    return (
+        xp.stack([cy, xp.zeros_like(sx), -sy]),
+        xp.stack([sx * sy, cx, sx * cy]),
+        xp.stack([cx * sy, -sx, cx * cy]),
+    )
+
+
+@no_type_check  # the inner loop of all; what calls it is checked
+def dot(a: Num[Any, "3 ..."], b: Num[Any, "3 ..."]) -> Num[Any, "..."]:
+    """A · b, written out so that it fuses with its neighbours (in jets it is one product)."""
+    if isinstance(a, Jet) and isinstance(b, Jet) and a.ndim == b.ndim:
+        return (a * b).sum(axis=0)
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def intersect(
+    curvature, axis: Vectors, origin: Vectors, direction: Vectors
+) -> tuple[Float[Any, "..."], Vectors, Bool[Any, "..."]]:
+    """Signed distance to the surface, its unit normal there, and whether the ray meets it at all.
+
+    `origin` is relative to the vertex. The ray first slides to the vertex plane (point o, a·o = 0); from there,
+    with B = c o·d - a·d, the distance is c o·o / (-B ± sqrt(B² - c² o·o)) with the sign of a·d: the crossing on the
+    vertex's side of the sphere, without cancellation, and 0 for the plane. It is negative behind the origin.
+    """
+    along = dot(axis, direction)
+    slide = -dot(axis, origin) / along
+    point = origin + slide * direction
+    b = curvature * dot(point, direction) - along
+    rho2 = dot(point, point)
+    discriminant = b * b - curvature * curvature * rho2
+    meets = discriminant > 0
+    xp = functions(discriminant)
+    root = xp.sqrt(xp.where(meets, discriminant, 1.0))
+    beyond = curvature * rho2 / (xp.where(along > 0, root, -root) - b)
+    normal = axis - curvature * (point + beyond * direction)
+    return slide + beyond, normal, meets
+
+
+def sag(curvature, r2: Float[Any, "..."]) -> Float[Any, "..."]:
+    """Height of the sphere over its vertex plane [m] at squared radius r2 [m²]: c r² / (1 + sqrt(1 - c² r²)).
+
+    Beyond the sphere's equator (c² r² > 1) there is no height; the equator's is returned.
+    """
+    xp = namespace(curvature, r2)
+    inside = 1 - curvature * curvature * r2
+    root = xp.sqrt(xp.where(inside > 0, inside, 1.0))
+    return curvature * r2 / (1 + xp.where(inside > 0, root, 0.0))
+
+
+def shallow_sag(curvature, r2: Float[Any, "..."]) -> Float[Any, "..."]:
+    """`sag` where c² r² is at most `SHALLOW`: its series, equal to rounding, without a square root and a division."""
+    u = curvature * curvature * r2
+    return curvature * r2 * (1 / 2 + u * (1 / 8 + u * (1 / 16 + u * (5 / 128 + u * (7 / 256)))))

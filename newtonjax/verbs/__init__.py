@@ -1,0 +1,5 @@
+"""What a user calls on a scene and a camera."""
+
+from newtonjax.doors import door
+
+__getattr__, __dir__, __all__ = door(__name__)

@@ -1,0 +1,274 @@
+"""What an image models, what it leaves out and what that costs: `explain`."""
+
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import jax
+import numpy as np
+from jaxtyping import Float
+
+from newtonjax.fields import Fields, arrivals, closed_fields, node_fields, pack, polar
+from newtonjax.methods import ClosedForm
+from newtonjax.numerics import require_concrete
+from newtonjax.planning import Plan, beam_amplitudes, plan, predicted_seconds
+from newtonjax.scene import (
+    Camera,
+    Scene,
+    enumerate_beams,
+    gap_of,
+    has_tilted_sphere,
+    node_points,
+    require_bench,
+    why_not_closed,
+)
+from newtonjax.verbs.rendering import render
+
+# Points to a side at which fields with and without a part are compared, and what may hide in between.
+_POINTS, _BETWEEN, _BETWEEN_SLOPES = 17, 2.0, 1.5
+# A beam of so many reflections more is weaker by a power of a few percent.
+_REFLECTIONS = 4
+
+
+@dataclass(frozen=True)
+class Omission:
+    """A part of the optics, and by how much the image would change with it, or without it.
+
+    - `part`: what it is.
+    - `error`: bound on the largest change of intensity over the peak; None where there is no number for it.
+    - `modelled`: whether the image has it.
+    - `note`: how it was estimated, or what it takes to have it.
+    """
+
+    part: str
+    error: float | None
+    modelled: bool
+    note: str
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What `explain` found. `str()` is a page of text.
+
+    - `plan`: the method, its nodes, its errors, and the beams that it drops.
+    - `omissions`: parts in and out of the image.
+    - `finest_fringe`: [pixels]; below two they pass for wider ones.
+    - `predicted_seconds`, `measured_seconds`: of one image, compiled; `compile_seconds`: of the first call beyond that;
+      `planning_seconds`: what `render` without a method takes to choose one.
+    """
+
+    scene: Scene
+    camera: Camera
+    tolerance: float
+    plan: Plan
+    omissions: tuple[Omission, ...]
+    finest_fringe: float
+    predicted_seconds: float
+    measured_seconds: float
+    compile_seconds: float
+    planning_seconds: float
+
+    def __str__(self) -> str:
+        nodes = getattr(self.plan.method, "nodes", None)
+        grid = f", {nodes} x {nodes} nodes" if nodes else ""
+        light = self.scene.light
+        polarized = "unpolarized, two components" if light.polarization is None else "polarized"
+        lines = [
+            f"method      {type(self.plan.method).__name__}{grid}: {self.plan.reason}",
+            f"error       {self.plan.phase_error:.2g} turns, {self.plan.intensity_error:.2g} of the peak "
+            f"(tolerance {self.tolerance:g})",
+            f"cost        predicted {_time(self.predicted_seconds)}, measured {_time(self.measured_seconds)} "
+            f"(first call {_time(self.compile_seconds)} more; to choose the method {_time(self.planning_seconds)})",
+            f"fringes     {self.finest_fringe:.3g} pixels at the finest"
+            + ("; below 2 they pass for wider ones" if self.finest_fringe < 2.4 else ""),
+            f"beams       {', '.join(self.plan.scene.beams)}",
+            f"light       one line of {float(light.wavelength) * 1e9:.6g} nm, collimated, {polarized}",
+            "",
+            "in the image, and what it would change to leave it out (of the peak):",
+            *_rows(o for o in self.omissions if o.modelled),
+            "not in the image, and what it would change to have it:",
+            *_rows(o for o in self.omissions if not o.modelled),
+        ]
+        return "\n".join(lines)
+
+
+def _rows(omissions) -> list[str]:
+    rows = [
+        f"  {o.part:<28} {'' if o.error is None else format(o.error, '.2g'):<9} {o.note}".rstrip() for o in omissions
+    ]
+    return rows or ["  nothing"]
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:.3g} s" if seconds >= 0.1 else f"{seconds * 1e3:.3g} ms"
+
+
+def explain(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Explanation:
+    """What `render` does for a scene: method, error, cost, and the parts that are in the image or left out of it.
+
+    Each part's error is the largest change of intensity, over the peak, between the fields with it and without it, at
+    17 x 17 points of the image, twice that for what lies between. Where phases differ by more than half a turn it is
+    all that it can be.
+
+    Renders the image four times to measure its cost. Raises ValueError for a tolerance that is not positive, and for
+    traced values.
+    """
+    require_bench(scene, camera)
+    require_concrete("explain", scene, camera)
+    plan(scene, camera, tolerance)  # compiles
+    begin = perf_counter()
+    chosen = plan(scene, camera, tolerance)
+    planning = perf_counter() - begin
+    first, again = _clock(chosen, camera), min(_clock(chosen, camera) for _ in range(3))
+    points = node_points(camera, _POINTS)
+    fields = _fields(scene, points)
+    whole = bool(fields.arrives.all())
+    if not whole:  # the part of the image that light reaches; where it does not, there is nothing
+        points = points[fields.arrives] if fields.arrives.any() else points[:1]
+        fields = _fields(scene, points)
+    parts = [*_of_beams(scene, camera, chosen, fields), *_inside(scene, chosen, points, fields)]
+    frequency = _frequency(scene, camera, points)
+    parts.append(_pixel(fields, frequency, whole))
+    parts.append(_line_width(scene, fields, tolerance))
+    finest = float(np.hypot(*frequency).max())
+    return Explanation(
+        scene,
+        camera,
+        tolerance,
+        chosen,
+        tuple(parts),
+        1 / finest if finest else np.inf,
+        predicted_seconds(chosen.method, chosen.scene, camera),
+        again,
+        max(first - again, 0.0),
+        planning,
+    )
+
+
+def _clock(chosen: Plan, camera: Camera) -> float:
+    begin = perf_counter()
+    jax.block_until_ready(render(chosen.scene, camera, chosen.method))
+    return perf_counter() - begin
+
+
+def _fields(scene: Scene, points: Float[np.ndarray, "n 2"]) -> Fields:
+    bench = pack(scene)
+    return node_fields(bench, arrivals(bench, points))
+
+
+def _peak(fields: Fields) -> float:
+    return float(fields.background.max() + np.abs(fields.envelope).sum(axis=0).max())
+
+
+def _difference(one: Fields, other: Fields) -> float:
+    """Largest change of intensity between two fields of the same pairs of beams, over the peak, whatever the phase."""
+    (size, phase), (other_size, other_phase) = polar(one), polar(other)
+    wrong = np.abs(phase - other_phase)
+    wrong = np.minimum(2 * np.pi * np.abs(wrong - np.round(wrong)), 2.0)
+    beyond = np.abs(phase - other_phase) > 0.5
+    change = np.abs(one.background - other.background) + np.abs(np.abs(size) - np.abs(other_size)).sum(axis=0)
+    change = change + (np.where(beyond, 2.0, wrong) * np.abs(size)).sum(axis=0)
+    return min(_BETWEEN * float(change.max()), 2.0 * _peak(one)) / _peak(one)
+
+
+def _of_beams(scene: Scene, camera: Camera, chosen: Plan, fields: Fields) -> list[Omission]:
+    """The scene's beams by the amplitudes that its rays have; those that it does not follow by those on the axis."""
+    own, peak = beam_amplitudes(scene, camera), _peak(fields)
+
+    def change(more: float, others: float) -> float:
+        return (2 * more * others + more**2) / peak
+
+    weakest, *rest = sorted(own.values())
+    found = [Omission("beams", change(weakest, sum(rest)), True, f"the weakest of {len(scene.beams)}")]
+    if chosen.dropped:
+        note = f"{', '.join(chosen.dropped)}: too weak to matter here"
+        lost = sum(own[word] for word in chosen.dropped)
+        error = change(lost, sum(own[word] for word in chosen.scene.beams))
+        found.append(Omission("beams of the scene, dropped", error, False, note))
+    known = enumerate_beams(scene.media, scene.view, _REFLECTIONS)
+    others = [beam for beam in known if beam.word not in scene.beams and beam.energy > 0]
+    if others:
+        upright = _light_upright(scene) is None
+        error = change(sum(np.sqrt(beam.energy) for beam in others), sum(own.values())) if upright else None
+        names = ", ".join(beam.name for beam in others[:3])
+        note = f"{len(others)} of up to {_REFLECTIONS} reflections, if coherent: {names}, ..."
+        found.append(Omission("more beams", error, False, note if upright else f"{note}; oblique light has no number"))
+    note = "rays that parts of the lens beyond those seen here would send into the image; they are not looked for"
+    found.append(Omission("light from beyond the image", None, False, note))
+    return found
+
+
+def _inside(scene: Scene, chosen: Plan, points: Float[np.ndarray, "n 2"], fields: Fields) -> list[Omission]:
+    """Parts of the scene itself: polarization, tilts, the bare screen's rays, the exact sphere."""
+    found = []
+    if scene.light.polarization is None:
+        turned = [replace(scene, light=replace(scene.light, polarization=angle)) for angle in (0.0, np.pi / 2)]
+        error = max(_difference(_fields(other, points), fields) for other in turned)
+        found.append(Omission("polarization", error, True, "against light polarized along x or y"))
+    for name, level in (("tilt of the light", _light_upright(scene)), ("tilt of the surfaces", _upright(scene))):
+        if level is not None:
+            found.append(Omission(name, _difference(_fields(level, points), fields), True, "against none"))
+    if (upper := gap_of(scene)) is None or has_tilted_sphere(scene):
+        return found
+    x, y = points[:, 0], points[:, 1]
+    formula = closed_fields(scene, x, y)
+    traced = not isinstance(chosen.method, ClosedForm)
+    found.append(
+        Omission("rays", _difference(formula, fields), traced, f"against 2 n t at normal incidence{_why(scene)}")
+    )
+    if any(float(face.curvature) != 0 for face in scene.surfaces[upper : upper + 2]):
+        parabola = closed_fields(scene, x, y, lambda curvature, r2: curvature * r2 / 2)
+        found.append(Omission("exact sphere", _difference(parabola, formula), True, "against the parabola r²/2R"))
+    return found
+
+
+def _why(scene: Scene) -> str:
+    """What keeps 2 n t from being the path difference."""
+    reason = why_not_closed(scene)
+    return f"; there is a {reason.split(':')[0]}" if reason else ""
+
+
+def _light_upright(scene: Scene) -> Scene | None:
+    if not np.any(np.asarray(scene.light.tilt) != 0):
+        return None
+    return replace(scene, light=replace(scene.light, tilt=(0.0, 0.0)))
+
+
+def _upright(scene: Scene) -> Scene | None:
+    if not any(np.any(np.asarray(surface.tilt) != 0) for surface in scene.surfaces):
+        return None
+    return replace(scene, surfaces=tuple(replace(surface, tilt=(0.0, 0.0)) for surface in scene.surfaces))
+
+
+def _frequency(scene: Scene, camera: Camera, points: Float[np.ndarray, "n 2"]) -> tuple[np.ndarray, np.ndarray]:
+    """Largest frequencies of the fringes along x and y at the points [cycles per pixel]: phases a pixel apart.
+
+    0 where a beam does not reach both ends of the pixel.
+    """
+    half = float(camera.pixel_size) / 2 * np.array([[1.0, 0.0], [0.0, 1.0]])
+    moved = np.concatenate([points + sign * step for step in half for sign in (1, -1)])
+    fields = _fields(scene, moved)
+    phase = polar(fields)[1].reshape(-1, 2, 2, len(points))
+    both = fields.arrives.reshape(2, 2, len(points)).all(axis=1)
+    along_x, along_y = np.where(both, np.abs(phase[:, :, 0] - phase[:, :, 1]).max(axis=0, initial=0.0), 0.0)
+    return along_x, along_y
+
+
+def _pixel(fields: Fields, frequency: tuple[np.ndarray, np.ndarray], whole: bool) -> Omission:
+    """What the mean over a pixel takes off the contrast, sinc(fx) sinc(fy); all where a beam ends within the pixel."""
+    if not whole:
+        return Omission(
+            "mean over each pixel", 1.0, False, "a beam ends in the image: on its edge a pixel is lit or dark"
+        )
+    size = np.abs(fields.envelope).sum(axis=0)
+    left = np.sinc(frequency[0]) * np.sinc(frequency[1])
+    error = _BETWEEN_SLOPES * float((size * (1 - left)).max()) / _peak(fields)
+    return Omission("mean over each pixel", error, False, "the image is taken at the pixels' centres")
+
+
+def _line_width(scene: Scene, fields: Fields, tolerance: float) -> Omission:
+    """The width of a line that would fade the fringes by the tolerance: exp(-2 (π m δ)²) at the order m."""
+    order = float(np.abs(fields.phase).max(initial=0.0))
+    width = float(np.sqrt(tolerance / 2) / (np.pi * order)) * float(scene.wavelength) if order else np.inf
+    return Omission(
+        "width of the line, coherence", None, False, f"an rms width of {width * 1e9:.2g} nm costs {tolerance:g}"
+    )

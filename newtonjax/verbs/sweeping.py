@@ -1,0 +1,166 @@
+"""Many scenes in one call and bounded memory: `sweep`."""
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from itertools import chain
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from newtonjax.fields import synthesize, synthesize_single
+from newtonjax.methods import AbstractMethod, Chebyshev, ClosedForm, Splat, Traced, require_method, unreached
+from newtonjax.numerics import afresh, require_concrete, require_memory, require_whole, x64
+from newtonjax.planning import plan
+from newtonjax.scene import Camera, Scene, require_camera
+from newtonjax.verbs.rendering import at_nodes, pixels_as_set
+
+# Pixels that are computed side by side where no batch is asked for, and scenes that are planned for.
+_PIXELS, _PLANNED = 2**22, 32
+# Of memory a pixel of each scene that is computed, measured.
+_BYTES = 36
+
+
+def sweep(
+    bench: Callable[..., Scene],
+    values: Mapping[str, Any],
+    camera: Camera,
+    method: AbstractMethod | None = None,
+    *,
+    reduce: Callable[[Array], Any] | None = None,
+    tolerance: float = 1e-3,
+    batch: int | None = None,
+) -> Any:
+    """Images of many scenes, or what is made of them, by programs for a shape and not for a bench.
+
+        contrast = nj.sweep(nj.newton_rings, {"radius": radii, "gap": 1e-6}, camera, reduce=jax.numpy.std)
+
+    Args:
+      bench: makes a scene of numbers given by name.
+      values: by name, arrays of one length n, or single numbers for all; in the bench's units.
+      camera: of all images.
+      method: of all images; None for the one that keeps the tolerance in up to 32 of the scenes, spread evenly.
+      reduce: from an image to what is kept of it (arrays, or a tree of them); None keeps the image.
+      batch: scenes whose pixels are computed side by side; by default as many as have 4 million pixels. What memory
+        holds besides are these and the answer. Only nodes are batched; other methods take one scene after the other.
+
+    Returns arrays whose first axis has length n. In float64, or float32 where JAX is set to it.
+    Raises ValueError for lengths that differ, for what a bench or a method refuses, naming the scene, for more
+    memory than there is, and for `Splat`.
+
+    """
+    require_camera(camera)
+    require_method(method)
+    require_concrete("sweep", values, camera)
+    if isinstance(method, Splat):
+        raise ValueError("Splat cannot be compiled for many scenes; give sweep another method")
+    require_whole("batch", batch)
+    table = {name: _numbers(name, value) for name, value in values.items()}
+    lengths = {name: len(value) for name, value in table.items() if value.ndim}
+    if len(set(lengths.values())) != 1:
+        given = f"have lengths {lengths}" if lengths else "are single numbers, or none"
+        raise ValueError(f"values {given}; allowed: arrays of one length, and single numbers beside them")
+    count = next(iter(lengths.values()))
+    if not count:
+        raise ValueError("values are empty; allowed: one scene or more")
+    pixels = camera.shape[0] * camera.shape[1]
+    batch = min(max(_PIXELS // pixels, 1) if batch is None else batch, count)
+    images = f"{batch} of {count} images" if reduce else f"{count} images"
+    advice = "allowed: a smaller batch or shape" if reduce else "allowed: fewer scenes, or reduce= for a part of each"
+    require_memory(f"a sweep that holds {images}", pixels * (_BYTES * batch + (0 if reduce else 16 * count)), advice)
+    rows = {name: np.broadcast_to(value, count) for name, value in table.items()}
+    (camera,) = afresh(camera)
+    scenes = [(number, _named(rows, number, lambda row: bench(**row))) for number in range(count)]
+    chosen = _for_all([scene for _, scene in scenes], camera, tolerance) if method is None else method
+    for number, scene in scenes:
+        _named(rows, number, lambda _, scene=scene: chosen.check(scene))
+    method = pixels_as_set(chosen)
+    with x64():
+        if isinstance(method, Chebyshev):
+            of_scene = partial(_nodes, camera=camera, method=method)
+            nodes = [_named(rows, number, lambda _, scene=scene: of_scene(scene)) for number, scene in scenes]
+            found = _images(np.stack(nodes), camera.shape, method.dtype, reduce, batch)
+        else:
+            of_image = (lambda image: image) if reduce is None else jax.jit(reduce)
+            found = _one_by_one((of_image(method.image(scene, camera)) for _, scene in scenes), count)
+    return found if jax.config.read("jax_enable_x64") else jax.tree.map(_rounded, found)
+
+
+def _nodes(scene: Scene, camera: Camera, method: Chebyshev) -> Float[np.ndarray, "fields nodes nodes"]:
+    coefficients, reached = at_nodes(scene, camera, method)
+    if not reached:
+        raise unreached(method)
+    return coefficients
+
+
+def _numbers(name: str, value) -> np.ndarray:
+    try:
+        found = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"values: {name} is {value!r}; allowed: numbers (give the bench what is none by functools.partial)"
+        ) from None
+    if found.ndim > 1:
+        raise ValueError(f"values: {name} has shape {found.shape}; allowed: an array of one axis, or a number")
+    return found
+
+
+def _row(rows: dict[str, np.ndarray], number: int) -> dict[str, float]:
+    return {name: float(value[number]) for name, value in rows.items()}
+
+
+def _text(row: dict[str, float]) -> str:
+    return ", ".join(f"{name} = {value:g}" for name, value in row.items())
+
+
+def _spread(count: int) -> list[int]:
+    return np.unique(np.linspace(0, count - 1, min(count, _PLANNED)).round().astype(int)).tolist()
+
+
+def _named(rows, number: int, call: Callable[[dict[str, float]], Any]) -> Any:
+    """What a call makes of the numbers of a scene; what it refuses is refused with these."""
+    row = _row(rows, number)
+    try:
+        return call(row)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"scene {number} ({_text(row)}): {error}") from None
+
+
+def _for_all(scenes: list[Scene], camera: Camera, tolerance: float) -> AbstractMethod:
+    """The cheapest method that every scene's plan allows: the closed form only if all have it, else the most nodes."""
+    found = [plan(scenes[number], camera, tolerance).method for number in _spread(len(scenes))]
+    if any(isinstance(method, Traced) for method in found):
+        return Traced()
+    nodes = [method.nodes for method in found if isinstance(method, Chebyshev)]
+    if not nodes:
+        return ClosedForm()
+    # How many nodes a scene takes that the closed form would do for is not known: then not fewer than the default.
+    return Chebyshev(max(nodes) if len(nodes) == len(found) else max(*nodes, Chebyshev().nodes))
+
+
+def _one_by_one(answers: Iterator[Any], count: int) -> Any:
+    """Trees of arrays of one kind, with a first axis for all of them."""
+    first = next(answers)
+    total = jax.tree.map(lambda leaf: np.empty((count, *jnp.shape(leaf)), leaf.dtype), first)
+    for number, answer in enumerate(chain([first], answers)):
+        for whole, leaf in zip(jax.tree.leaves(total), jax.tree.leaves(answer), strict=True):
+            whole[number] = leaf
+    return jax.tree.map(jnp.asarray, total)
+
+
+@partial(jax.jit, static_argnames=("shape", "dtype", "reduce", "batch"))
+def _images(coefficients: Float[Array, "scenes fields nodes nodes"], shape, dtype, reduce, batch):
+    made = synthesize_single if dtype == "float32" else synthesize
+
+    def one(nodes):
+        image = made(nodes, shape)
+        return image if reduce is None else reduce(image)
+
+    return jax.lax.map(one, coefficients, batch_size=batch)
+
+
+def _rounded(value):
+    with x64():
+        return value.astype(jnp.float32) if value.dtype == jnp.float64 else value

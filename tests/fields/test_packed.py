@@ -1,0 +1,111 @@
+"""A bench packed into arrays of fixed sizes has the rays that its own program would trace, and needs no program."""
+
+import dataclasses
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from compilations import compilations
+
+import newtonjax as nj
+from newtonjax.fields import at_points, packed
+from newtonjax.rays import arrive_all
+from newtonjax.scene import node_points
+
+CAMERA = nj.Camera((40, 50), 8e-6, centre_px=(3.0, 20.5))
+POINTS = np.asarray(node_points(CAMERA, 9))
+
+
+def lit(scene, **light):
+    return dataclasses.replace(scene, light=dataclasses.replace(scene.light, **light))
+
+
+RINGS = nj.newton_rings(0.7, 500e-9, 1e-6, "reflected", lens_tilt=(2e-3, -1e-3), light_tilt=(0.02, 0.01))
+SCENES = {
+    "one beam": nj.newton_rings(0.7, beams=["R1"], view="reflected"),
+    "reflected, tilted": RINGS,
+    "linear": lit(RINGS, polarization=0.4),
+    "elliptical, partial": lit(RINGS, polarization=0.4, ellipticity=0.2, degree=0.6),
+    "collecting lens, shield": nj.newton_rings(0.5, collecting_lens=0.05, screen=0.5, shield=2e-5),
+    "wedge, three beams": nj.air_wedge(1e-3, gap=2e-6, view="transmitted", beams=["direct", "R2-R1", "R3-R2"]),
+    "four beams, twelve interactions": nj.newton_rings(
+        0.2, beams=["R1", "R2", "R2-R1-R2", "R2-R1-R2-R1-R2"], view="reflected", plate_tilt=(1e-3, 0.0)
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_packed_rays_are_those_of_the_benchs_own_program(name):
+    """Phases bit for bit but for a last digit of a path here and there; envelopes, which are below 1, to rounding."""
+    scene = SCENES[name]
+    own = jax.tree.map(np.asarray, jax.jit(at_points.fields_at)(scene, POINTS))
+    bench = packed.pack(scene)
+    arrival = packed.arrivals(bench, POINTS)
+    ours = packed.node_fields(bench, arrival)
+    assert all(isinstance(leaf, np.ndarray) for leaf in (*ours, *arrival))
+    np.testing.assert_array_equal(ours.arrives, own.arrives)
+    assert np.sum(ours.phase != own.phase) <= 0.1 * own.phase.size
+    assert (np.abs(ours.phase - own.phase) <= own.rounding / 4).all()  # two last digits of the longest path
+    np.testing.assert_allclose(ours.rounding, own.rounding, rtol=1e-15)
+    np.testing.assert_allclose(ours.envelope, own.envelope, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(ours.background, own.background, rtol=0, atol=1e-15)
+
+
+def test_a_shield_is_seen_by_packed_rays():
+    reached = packed.arrivals(packed.pack(SCENES["collecting lens, shield"]), POINTS).arrives
+    assert reached.any()
+    assert not reached.all()
+
+
+@pytest.mark.parametrize("number", [1, 288, 289, 290, 900])
+def test_any_number_of_points_is_worked_through_in_parts(number):
+    many = np.random.default_rng(1).uniform(-2e-4, 2e-4, (900, 2))
+    bench = packed.pack(SCENES["wedge, three beams"])
+    whole, part = packed.arrivals(bench, many), packed.arrivals(bench, many[:number])
+    assert part.path.shape == (3, number)
+    for one, other in zip(part, whole, strict=True):
+        np.testing.assert_array_equal(one, other[:, :number])
+
+
+def test_benches_of_all_kinds_share_two_programs():
+    """One for up to 8 interactions, one for up to 16; packing compiles nothing."""
+    jax.clear_caches()
+    with compilations() as compiled:
+        for scene in SCENES.values():
+            bench = packed.pack(scene)
+            packed.node_fields(bench, packed.arrivals(bench, POINTS))
+    assert compiled.count == 2
+
+
+def test_a_bench_packs_under_a_transformation_and_keeps_its_derivative():
+    """The phase's derivative in the gap, through the packed arrays: two over the wavelength, on the axis."""
+
+    def phase(gap):
+        bench = packed.pack(nj.newton_rings(0.7, 500e-9, gap, "reflected"))
+        return packed.node_fields(bench, arrive_all(bench.routes, bench.setting, jnp.zeros((1, 2)))).phase[0, 0]
+
+    assert float(jax.jit(jax.grad(phase))(1e-6)) == pytest.approx(2 / 500e-9, rel=1e-12)
+
+
+def test_packed_rays_are_in_float64_whatever_jax_is_set_to():
+    jax.config.update("jax_enable_x64", False)
+    try:
+        bench = packed.pack(RINGS)
+        ours = packed.node_fields(bench, packed.arrivals(bench, POINTS))
+    finally:
+        jax.config.update("jax_enable_x64", True)
+    assert ours.phase.dtype == np.float64
+    np.testing.assert_array_equal(ours.phase, packed.node_fields(bench, packed.arrivals(bench, POINTS)).phase)
+
+
+def test_rays_of_known_benches_are_constants_of_a_users_program():
+    """Their program has options of its own, which JAX refuses for one that is traced as a part of another."""
+
+    def scaled(x):
+        return x * packed.arrivals(packed.pack(RINGS), POINTS).path.max()
+
+    longest = packed.arrivals(packed.pack(RINGS), POINTS).path.max()
+    assert float(jax.jit(scaled)(2.0)) == pytest.approx(2 * longest, rel=1e-15)
+    assert float(jax.grad(scaled)(2.0)) == pytest.approx(longest, rel=1e-15)
+    np.testing.assert_allclose(jax.vmap(scaled)(jnp.arange(3.0)), np.arange(3) * longest, rtol=1e-15)

@@ -1,0 +1,130 @@
+"""Parts of the model: each is found where it is, is not where it is not, and leaves the radius true."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fitting
+from experiments.truth.defects import WAVELENGTH, Case, photograph
+from fitting.estimate import problem_of, solve
+from fitting.model import phase
+from fitting.photograph.uncertainty import moved_by
+
+CASE = Case("none", 1.0, 10e-6, 384, (200.0, 180.0), 0.0, 0.05, 3, 12.0)
+PARTS = {
+    "distortion 2 %": "distortion",
+    "tilt 8 deg": "oblique view",
+    "contact 0.3 mm": "contact",
+}
+
+
+def fit(case: Case, **given):
+    image, pixel_size, sd = photograph(case)
+    return fitting.fit(image, wavelength=WAVELENGTH, pixel_size=pixel_size, pixel_size_sd=sd, **given)
+
+
+@pytest.mark.parametrize("defect", PARTS)
+def test_a_part_that_is_there_is_found_and_the_radius_is_true(defect):
+    result = fit(replace(CASE, defect=defect))
+    assert PARTS[defect] in result.evidence.found.parts
+    assert result.model[PARTS[defect]].startswith("kept")
+    assert abs(result.radius - 1) < 4 * result.radius_sd < 4e-3
+    assert PARTS[defect] in dict(result.budget)
+
+
+@pytest.mark.parametrize("defect", ["none", "gamma 2.2", "vignette 20 %", "doublet"])
+def test_no_part_is_kept_where_none_is(defect):
+    result = fit(replace(CASE, defect=defect))
+    assert result.evidence.found.parts == ()
+    assert abs(result.radius - 1) < 4 * result.radius_sd < 4e-4
+
+
+def test_a_gamma_is_found_and_named():
+    result = fit(replace(CASE, defect="gamma 2.2", noise=0.01))
+    found = float(re.search(r"exponent ([0-9.]+) \(fitted\)", result.model["channel"])[1])
+    assert found == pytest.approx(2.2, abs=0.1)
+    plain = fit(replace(CASE, defect="gamma 2.2", noise=0.01), transfer=2.2)
+    assert "fitted" not in plain.model["channel"]
+    assert result.radius == pytest.approx(plain.radius, abs=4 * plain.radius_sd)
+
+
+def test_contact_radius_comes_out_with_its_deviation():
+    result = fit(replace(CASE, defect="contact 0.3 mm"), parts={"contact": True})
+    parameter = result.parameters["contact_radius"]
+    assert result.contact_radius == parameter.value
+    assert abs(parameter.value - 0.3e-3) < 4 * parameter.sd < 0.01e-3
+    assert result.model["contact"].startswith("asked for")
+    assert "contact_radius" in result.names
+
+
+def test_wishes_are_kept():
+    case = replace(CASE, defect="distortion 2 %")
+    without = fit(case, parts={"distortion": False, "fifth order": False})
+    assert "distortion" not in without.evidence.found.parts
+    assert abs(without.radius - 1) > 0.01
+    asked = fit(CASE, parts={"distortion": True})
+    assert asked.evidence.found.parts == ("distortion",)
+    assert abs(asked.radius - 1) < 4 * asked.radius_sd
+
+
+def test_a_model_that_lacks_a_part_says_so_in_a_row_of_its_budget():
+    rows = dict(fit(replace(CASE, defect="distortion 2 %"), parts=dict.fromkeys(phase.PARTS, False)).budget)
+    assert rows["model, by halves of the field"] > 5 * rows["noise"]
+
+
+def test_parts_that_are_none_are_refused():
+    with pytest.raises(ValueError, match="oblique view, distortion"):
+        fit(CASE, parts={"tilt": True})
+
+
+@pytest.mark.parametrize("number", [4, 6, 8])
+def test_sensitivity_to_a_held_number_is_that_of_refitting(number):
+    """By the implicit function theorem at the optimum; refitting with the number moved by 1e-4 gives the same."""
+    result = fit(replace(CASE, noise=1e-4))  # without any, rounding chooses the illumination
+    found, moved = result.evidence.found, []
+    weighted = replace(found.reduced, weights=found.left.weights)
+    for step in (1e-4, -1e-4):
+        numbers = found.numbers.copy()
+        numbers[number] = step
+        problem = problem_of(found.model, {}, (), found.shape)
+        moved.append(solve(problem, weighted, numbers, tolerance=1e-9).numbers[0])
+    assert moved_by(found, number) == pytest.approx((moved[0] - moved[1]) / 2e-4, rel=2e-3)
+
+
+@pytest.mark.parametrize("plate", [2.5, -1.5])
+def test_the_lens_on_a_curved_plate_comes_out_with_the_plates_deviation(plate):
+    """Rings of 1/R + 1/R_plate: 1 m rings belong to a lens of 1 / (1 - 1/R_plate)."""
+    result = fit(CASE, plate_radius=plate, plate_radius_sd=0.01)
+    truth = 1 / (1 - 1 / plate)
+    assert abs(result.radius - truth) < 4 * result.radius_sd
+    assert dict(result.budget)["plate_radius"] == pytest.approx(0.01 * truth**2 / plate**2, rel=1e-3)
+    plain = fit(CASE)
+    assert dict(result.budget)["noise"] == pytest.approx(dict(plain.budget)["noise"] * truth**2, rel=1e-3)
+    assert np.sqrt(result.covariance[0, 0]) == pytest.approx(dict(result.budget)["noise"], rel=1e-3)
+
+
+def test_two_steep_spheres_face_to_face_are_not_one():
+    """Sags of 20 mm each: their fourth order is a quarter of that of the one sphere of 10 mm, 1e-3 of the radius."""
+    y, x = np.mgrid[:300, :300].astype(float)
+    r2 = ((x - 140) ** 2 + (y - 160) ** 2) * 1.6e-6**2
+    turns = 2 * 2 * (r2 / 20e-3) / (1 + np.sqrt(1 - r2 / 20e-3**2)) / WAVELENGTH
+    image = 0.5 - 0.5 * np.cos(2 * np.pi * turns) + 0.01 * np.random.default_rng(0).normal(size=r2.shape)
+    given = {"wavelength": WAVELENGTH, "pixel_size": 1.6e-6, "view": "reflected"}
+    result = fitting.fit(image, **given, plate_radius=20e-3)
+    assert abs(result.radius - 20e-3) < 4 * result.radius_sd
+    assert result.radius_sd < 1e-4 * result.radius
+
+
+def test_plates_that_cannot_be_are_refused():
+    for plate, said in ((0.5, "would not be convex"), (-1e-3, "is smaller than its rings"), (1.0001, "flat within")):
+        result = fit(CASE, plate_radius=plate, plate_radius_sd=1e-3)
+        assert (result.status, result.radius) == ("refused", None)
+        assert said in result.message
+    with pytest.raises(ValueError, match="plate_radius is 0"):
+        fit(CASE, plate_radius=0.0)
+    with pytest.raises(ValueError, match="without plate_radius"):
+        fit(CASE, plate_radius_sd=0.1)
+    with pytest.raises(ValueError, match="no scene; leave it out"):
+        fitting.fit(np.ones((64, 64)), wavelength=WAVELENGTH, plate_radius=1.0)

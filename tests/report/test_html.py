@@ -1,0 +1,57 @@
+"""The page of a fit: answer, budget, model, pictures, and what it takes to get it again."""
+
+import hashlib
+import re
+
+import imageio.v3 as iio
+import numpy as np
+from rings_data import rings
+
+from fitting.shell.cli import main
+
+
+def test_the_page_holds_the_answer_its_budget_and_its_history(tmp_path, capsys):
+    photo = tmp_path / "rings & plate.png"
+    iio.imwrite(photo, np.uint8(np.clip(255 * rings(noise=0.02), 0, 255)))
+    given = ["--wavelength", "sodium", "--pixel-size", "5um", "--pixel-size-sd", "10nm", "--transfer", "linear"]
+    assert main(["fit", str(photo), *given, "--output-dir", str(tmp_path / "out")]) == 0
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    report = (tmp_path / "out" / "report.txt").read_text(encoding="utf-8")
+    assert hashlib.sha256(photo.read_bytes()).hexdigest() in page
+    assert "rings &amp; plate.png" in page
+    assert "rings & plate" not in page
+    assert float(re.search(r"radius = ([0-9.]+) ±", page)[1]) == float(
+        f"{float(re.search('radius = ([0-9.]+)', report)[1]):.7g}"
+    )
+    for words in (
+        "Budget of radius",
+        "pixel_size",
+        "oblique view",
+        "largest: pixel_size",
+        "newtonjax",
+        "data:image/png",
+    ):
+        assert words in page
+    assert "nan" not in page.split("All numbers")[1]
+    capsys.readouterr()
+
+
+def test_mcmc_leaves_chain_corner_and_trace(tmp_path, capsys):
+    photo, out = tmp_path / "rings.png", tmp_path / "out"
+    iio.imwrite(photo, np.uint8(np.clip(255 * rings(noise=0.02), 0, 255)))
+    given = [
+        "--wavelength",
+        "sodium",
+        "--pixel-size",
+        "5um",
+        "--pixel-size-sd",
+        "10nm",
+        "--view",
+        "reflected",
+        "--mcmc",
+    ]
+    assert main(["fit", str(photo), *given, "--output-dir", str(out)]) == 0
+    names = {path.name for path in out.iterdir()}
+    assert names == {"chain.h5", "corner.png", "report.html", "report.txt", "result.json", "result.png", "trace.png"}
+    assert "[[Posterior]]" in capsys.readouterr().out
+    assert '"posterior"' in (out / "result.json").read_text(encoding="utf-8")
