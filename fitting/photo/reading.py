@@ -42,6 +42,13 @@ class Photograph:
         """Linear light of every pixel, float64 [rows, columns]; made when first asked for."""
         return self.codes.light()
 
+    @property
+    def is_uniform(self) -> bool:
+        """Whether all usable pixels have one code; a sample tells it of most photographs."""
+        codes, sample = self.codes.codes, thin(self.mask)
+        some = codes[sample][self.mask[sample]]
+        return bool((some.size == 0 or np.ptp(some) == 0) and np.ptp(codes[self.mask]) == 0)
+
     def light_rows(self, start: int, stop: int) -> np.ndarray:
         """Linear light of the rows from `start` up to `stop`, float32 [rows, columns]."""
         return self.codes.rows(start, stop)

@@ -19,8 +19,9 @@ from fitting.parameters import (
     held_turns,
     quantities,
 )
-from fitting.photo import Photograph, block_size, pixels_of, read, reduce, thin
+from fitting.photo import Photograph, block_size, pixels_of, read, reduce
 from fitting.photograph.result import FitResult
+from fitting.photograph.second_look import rings_in_the_middle
 from fitting.photograph.selection import Choice, adapt, checked_parts
 from fitting.photograph.summary import refused, summarize
 from fitting.photograph.transfer import linearized
@@ -118,7 +119,7 @@ def fit(
     if (usable := int(photograph.mask.sum())) < _FEWEST:
         reason = f"{usable} pixels of {photograph.mask.size} can be used: the image is saturated, dark or masked"
         return refused(reason, photograph, began)
-    if _is_uniform(photograph):
+    if photograph.is_uniform:
         return refused("the image is uniform: there are no fringes", photograph, began)
     with x64(), one_blas_thread():
         coarse = view_of(photograph)
@@ -127,7 +128,9 @@ def fit(
             return refused(reason, photograph, began)
         # A bench may well make fringes of many beams, or slanted ones; and a person who gives a start has seen them.
         if scene is None and not start and (reason := evidence_of(photograph, rings, coarse).reason):
-            return refused(reason, photograph, began)
+            if (middle := rings_in_the_middle(photograph)) is None:
+                return refused(reason, photograph, began)
+            photograph, rings = middle
         held, pinned = fixed if scene is None else {}, 0.5 if view == "reflected" else 0.0
         plain = _plain(photograph, rings, known, view, held)
         choice = _of_gap(plain, photograph, rings, known, wishes, pinned, scene)
@@ -150,13 +153,6 @@ def fit(
             choice = adapt(found, photograph, wishes | {"contact": False}, pinned)
             choice = choice._replace(found=finely(choice.found, photograph))
         return summarize(photograph, known, view, choice, began)
-
-
-def _is_uniform(photograph: Photograph) -> bool:
-    codes, mask = photograph.codes.codes, photograph.mask
-    sample = thin(mask)
-    # A sample tells it of nearly all; the whole takes a copy of every usable pixel.
-    return all(np.ptp(values) == 0 for values in (codes[sample][mask[sample]], codes[mask]) if values.size)
 
 
 def one_blas_thread():

@@ -70,3 +70,15 @@ def test_a_blurred_photograph_keeps_the_warps_that_its_curve_was_fitted_with(sha
     assert "exponent" in result.model["channel"]
     assert {"oblique view", "distortion"} <= set(result.evidence.found.parts)
     assert result.explained_variance > 0.9
+
+
+def test_rings_beneath_dust_and_a_cross_hair_lock_in_the_middle(shared):
+    """Read off by eye: 8.4e-4 turns per px² to 2 %, the centre to 5 px; the outer rings are lost."""
+    result = fitting.fit(shared / "trials" / "eyepiece_dust_crosshair.jpg", wavelength=SODIUM)
+    assert result.fringe_scale_per_px2 == pytest.approx(8.4e-4, rel=0.02)
+    assert result.centre_px == pytest.approx((239, 238), abs=5)
+    assert any("middle" in text for text in result.warnings)
+
+
+def test_a_hologram_of_a_bead_has_no_rings_in_the_middle(shared):
+    assert fitting.fit(shared / "trials" / "hologram_of_a_bead.jpg", wavelength=660e-9).status == "refused"
