@@ -76,10 +76,7 @@ def measured(count: int) -> dict:
 def on_the_host() -> dict:
     """The same measured by a process that has the CPU alone."""
     program = "import json; from experiments.speed import gpu; print(json.dumps(gpu.measured(100)))"
-    environment = os.environ | {
-        "JAX_PLATFORMS": "cpu",
-        "PYTHONPATH": str(ROOT),
-    }
+    environment = os.environ | {"JAX_PLATFORMS": "cpu", "PYTHONPATH": str(ROOT)}
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=environment)
     return json.loads(done.stdout.splitlines()[-1])
 
@@ -103,7 +100,7 @@ def main() -> None:
     device = jax.devices()[0]
     print(f"{device.platform}: {device.device_kind}, JAX {jax.__version__}")
     found: dict = {"device": device.device_kind, "platform": device.platform, "jax": jax.__version__}
-    found["images"] = images((1024,) if options.quick else (2048, 4096, 8192), 3 if options.quick else 10)
+    found["images"] = images((1024,) if options.quick else (2048, 4096, 8192), 30 if options.quick else 10)
     if options.quick:
         assert found["images"][0]["ratio"] < QUICK_COPIES
         return

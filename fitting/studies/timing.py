@@ -1,18 +1,17 @@
 """Speed against accuracy of every method for one scene, and the bias of the radius that each would cause in a fit."""
 
+import tracemalloc
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from time import perf_counter
 from typing import cast
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 import newtonjax as nj
 from fitting.parameters import change, curved_surface
-from newtonjax.fields import closed_fields, fields_at, intensity, polar, synthesize, synthesize_on
+from newtonjax.fields import closed_fields, intensity, packed, polar
 from newtonjax.numerics import chebyshev, x64
 from newtonjax.scene import gap_of, has_tilted_sphere, node_points, why_not_closed
 
@@ -29,7 +28,7 @@ class Way:
     """One way to the image of a scene.
 
     - `name`: of the method; `tolerance`: for which it was planned, None for none.
-    - `seconds`: of one image, compiled; `bytes`: that it takes beyond its input.
+    - `seconds`: of one image, compiled; `bytes`: of the image, and of what `render` makes in NumPy on the way.
     - `phase_error`: largest [turns]; `intensity_error`: largest over the peak; `predicted`: what the plan says of it.
     - `radius_bias`: relative, of a fit with this method as the model to what the reference shows; None without a phase
       or a curved face.
@@ -84,13 +83,12 @@ class _Race:
     def __init__(self, scene: nj.Scene, camera: nj.Camera):
         self.scene, self.camera = scene, camera
         self.rows, self.columns = (np.unique(np.linspace(0, n - 1, _SIDE).round().astype(int)) for n in camera.shape)
-        with x64():
-            x, y = camera.axes()
-            there = np.meshgrid(np.asarray(x)[self.columns], np.asarray(y)[self.rows])
-            self.pixels = jnp.stack([jnp.asarray(axis.ravel()) for axis in there], axis=1)
-            self.points = node_points(camera, _POINTS)
-            self.truth = np.asarray(_traced_image(scene, self.pixels))
-            self.phase = np.asarray(_traced_phase(scene, self.points))
+        x, y = map(np.asarray, camera.axes())
+        grid = np.meshgrid(x[self.columns], y[self.rows])
+        self.pixels = np.stack([axis.ravel() for axis in grid], axis=1)
+        self.points = node_points(camera, _POINTS)
+        self.truth = intensity(_fields(scene, self.pixels))
+        self.phase = polar(_fields(scene, self.points))[1][0]
 
     def formula(self) -> Way:
         """2 n t at normal incidence, also where `render` would refuse it."""
@@ -99,36 +97,39 @@ class _Race:
             return Way("ClosedForm", None, None, None, None, None, None, note=f"there is none: {reason}")
         with x64():
             x, y = self.camera.axes()
-            made = _Timed(_formula, self.scene, x[None, :], y[:, None])
-            image = np.asarray(_formula(self.scene, self.pixels[:, 0], self.pixels[:, 1]))
-            phase = _formula_phase(self.scene, self.points)
-        bias = self._bias(lambda scene: _formula_phase(scene, self.points), self.scene)
-        note = f"ignores {reason.split(':')[0]}" if reason else ""
-        return Way("ClosedForm", made.seconds, made.bytes, self._away(phase), self._wrong(image), None, bias, note=note)
-
-    def nodes(self, plan: nj.Plan, tolerance: float | None) -> Way:
-        """Rays at the nodes and the image of them are compiled and timed one after the other, as `render` has them."""
-        count = cast(nj.Chebyshev, plan.method).nodes
-        predicted = plan.intensity_error if tolerance is not None else None
-        onto = chebyshev.values(count, _POINTS)
+            program = _formula.lower(self.scene, x[None, :], y[:, None]).compile()
+            seconds = _seconds(lambda: program(self.scene, x[None, :], y[:, None]))
+            wrong = self._wrong(np.asarray(_of_formula(closed_fields(self.scene, *self.pixels.T))))
+        memory = program.memory_analysis()
+        size = None if memory is None else int(memory.output_size_in_bytes + memory.temp_size_in_bytes)
 
         def phase(scene):
-            fields = np.asarray(rays.compiled(scene, self.camera))
+            return closed_fields(scene, *self.points.T).phase[0]
+
+        note = f"ignores {reason.split(':')[0]}" if reason else ""
+        away, bias = self._away(phase(self.scene)), self._bias(phase, self.scene)
+        return Way("ClosedForm", seconds, size, away, wrong, None, bias, note=note)
+
+    def nodes(self, plan: nj.Plan, tolerance: float | None) -> Way:
+        method = cast(nj.Chebyshev, plan.method)
+        predicted = plan.intensity_error if tolerance is not None else None
+        onto = chebyshev.values(method.nodes, _POINTS)
+
+        def coefficients(scene):
+            return method.coefficients(method.fields(scene, self.camera))
+
+        def phase(scene):
+            fields = coefficients(scene)
             return (onto @ fields[1 + len(fields) // 2] @ onto.T).ravel()
 
         with x64():
-            rays = _Timed(_coefficients, plan.scene, self.camera, static=(count,))
-            fields = rays.compiled(plan.scene, self.camera)
-            pixels = _Timed(_synthesize, fields, static=(self.camera.shape,))
-            image = np.asarray(_at_pixels(fields, *self._bases(count)))
-            away, bias = self._away(phase(plan.scene)), self._bias(phase, plan.scene)
+            image = np.asarray(nj.render(plan.scene, self.camera, method))
+            seconds = _seconds(lambda: nj.render(plan.scene, self.camera, method))
+            size = _bytes(lambda: nj.render(plan.scene, self.camera, method)) + image.nbytes
+        wrong = self._wrong(image[np.ix_(self.rows, self.columns)])
+        away, bias = self._away(phase(plan.scene)), self._bias(phase, plan.scene)
         note = f"without {len(plan.dropped)} weak beams" if plan.dropped else ""
-        seconds, size = rays.seconds + pixels.seconds, max(rays.bytes, pixels.bytes)
-        return Way(f"Chebyshev({count})", seconds, size, away, self._wrong(image), predicted, bias, tolerance, note)
-
-    def _bases(self, count: int) -> tuple[np.ndarray, np.ndarray]:
-        rows, columns = (chebyshev.basis(n, count) for n in self.camera.shape)
-        return rows[:, self.rows], columns[:, self.columns]
+        return Way(f"Chebyshev({method.nodes})", seconds, size, away, wrong, predicted, bias, tolerance, note)
 
     def splat(self) -> Way:
         """The mean of pairs of rays, on a smaller image and timed there: it is linear in the pixels."""
@@ -151,10 +152,14 @@ class _Race:
         return Way("Splat", seconds, None, None, error, None, None, note=note)
 
     def reference(self) -> Way:
+        method, (height, columns) = nj.Traced(), self.camera.shape
+        # It works in blocks of pixels: memory is that of one block, and of the image and its blocks side by side.
+        rows = min(-(-method.chunk // columns), height)
+        strip = replace(self.camera, shape=(rows, columns))
         with x64():
-            made = _Timed(_reference, self.scene, self.camera, runs=1)
-        bias = 0.0 if self._curved() else None
-        return Way("Traced", made.seconds, made.bytes, 0.0, 0.0, None, bias, note="the reference")
+            size = _bytes(lambda: nj.render(self.scene, strip, method)) + 2 * 8 * height * columns
+            seconds = _seconds(lambda: nj.render(self.scene, self.camera, method), runs=1)
+        return Way("Traced", seconds, size, 0.0, 0.0, None, 0.0 if self._curved() else None, note="the reference")
 
     def _wrong(self, image: np.ndarray) -> float:
         return float(np.abs(image.ravel() - self.truth).max() / self.truth.max())
@@ -198,53 +203,38 @@ def _slopes(phase: np.ndarray, points: np.ndarray) -> list[np.ndarray]:
     return [np.stack(columns, axis=1) @ weights for columns in (along_x, along_y)]
 
 
-class _Timed:
-    """A function compiled for its arguments: median seconds of a call, and the bytes that it takes beyond them."""
-
-    def __init__(self, function, *arguments, static: tuple = (), runs: int = _RUNS):
-        self.compiled = function.lower(*arguments, *static).compile()
-        analysis = self.compiled.memory_analysis()
-        self.bytes = int(analysis.output_size_in_bytes + analysis.temp_size_in_bytes)
-        jax.block_until_ready(self.compiled(*arguments))
-        times = []
-        for _ in range(runs):
-            begin = perf_counter()
-            jax.block_until_ready(self.compiled(*arguments))
-            times.append(perf_counter() - begin)
-        self.seconds = float(np.median(times))
+def _fields(scene: nj.Scene, points: np.ndarray):
+    """The fields of all pairs of beams at points of the screen [n, 2] in metres, in NumPy."""
+    bench = packed.pack(scene)
+    return packed.node_fields(bench, packed.arrivals(bench, points))
 
 
-@jax.jit
-def _formula(scene, x, y):
-    fields = closed_fields(scene, x, y)
+def _seconds(function: Callable, runs: int = _RUNS) -> float:
+    """Median of several calls, after a first one that may compile; of one run, without that."""
+    if runs > 1:
+        jax.block_until_ready(function())
+    times = []
+    for _ in range(runs):
+        begin = perf_counter()
+        jax.block_until_ready(function())
+        times.append(perf_counter() - begin)
+    return float(np.median(times))
+
+
+def _bytes(function: Callable) -> int:
+    """The most memory that NumPy has at a time during a call."""
+    tracemalloc.start()
+    try:
+        jax.block_until_ready(function())
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def _of_formula(fields):
     return fields.background + fields.envelope[0].real * nj.cos_turns(fields.phase[0])
 
 
 @jax.jit
-def _formula_phase(scene, points):
-    return closed_fields(scene, points[:, 0], points[:, 1]).phase[0]
-
-
-@jax.jit
-def _traced_phase(scene, points):
-    return polar(fields_at(scene, points))[1][0]
-
-
-@jax.jit
-def _traced_image(scene, pixels):
-    return jax.lax.map(lambda pixel: intensity(fields_at(scene, pixel[None]))[0], pixels, batch_size=4096)
-
-
-@jax.jit
-def _reference(scene, camera):
-    return nj.Traced().image(scene, camera)
-
-
-@partial(jax.jit, static_argnums=2)
-def _coefficients(scene, camera, nodes: int):
-    method = nj.Chebyshev(nodes)
-    return method.coefficients(method.fields(scene, camera))
-
-
-_synthesize = jax.jit(synthesize, static_argnums=1)
-_at_pixels = jax.jit(synthesize_on)
+def _formula(scene, x, y):
+    return _of_formula(closed_fields(scene, x, y))

@@ -31,5 +31,4 @@ from newtonjax.fields.smoothness import smooth as smooth
 from newtonjax.fields.sums import pairs_of as pairs_of
 from newtonjax.fields.sums import product_sums as product_sums
 from newtonjax.fields.synthesis import synthesize as synthesize
-from newtonjax.fields.synthesis import synthesize_on as synthesize_on
 from newtonjax.fields.synthesis import synthesize_single as synthesize_single

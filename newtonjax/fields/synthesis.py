@@ -16,7 +16,7 @@ from jax.interpreters import ad, batching, mlir
 from jaxtyping import Array, Float
 
 from newtonjax.fields.fringes import combine, slopes, without_turns
-from newtonjax.fields.row_strips import AbstractRow, Degrees, Strips, fractions, row, single_row
+from newtonjax.fields.row_strips import AbstractRow, Strips, fractions, row, single_row
 from newtonjax.fields.sums import slope_sums
 from newtonjax.numerics import chebyshev, fenced
 
@@ -37,15 +37,6 @@ def synthesize(
 def _synthesize_jvp(shape, primals, tangents):
     (coefficients,), (change,) = primals, tangents
     return synthesize(coefficients, shape), _push.bind(coefficients, change[None], shape=shape)[0]
-
-
-def synthesize_on(
-    coefficients: Float[Array, "fields count count"],
-    along_y: Float[Array, "count rows"],
-    along_x: Float[Array, "count columns"],
-) -> Float[Array, "rows columns"]:
-    """`synthesize` at rows and columns of pixels, by JAX's own derivatives."""
-    return image_of(Degrees(along_x), coefficients, along_y)
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(1,))

@@ -4,6 +4,7 @@ import csv
 import json
 
 import pytest
+from compilations import compilations
 from shell import refusal
 
 import newtonjax as nj
@@ -33,6 +34,13 @@ def test_the_formula_is_biased_on_a_bare_screen_as_its_rays_say(view, screen, bi
     assert max(nodes.phase_error, nodes.intensity_error) < 1e-9
     assert 0 < nodes.seconds < ways["Traced"].seconds
     assert nodes.bytes >= 96 * 96 * 8
+
+
+def test_another_scene_compiles_next_to_nothing():
+    tradeoff(nj.newton_rings(2.0, 500e-9, screen=10e-3), CAMERA)
+    with compilations() as compiled:
+        tradeoff(nj.newton_rings(1.3, 600e-9, screen=2e-3, view="reflected"), CAMERA)
+    assert compiled.count <= 2  # an image of another number of nodes
 
 
 def test_a_scene_without_rings_has_no_bias():
