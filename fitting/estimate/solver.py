@@ -156,7 +156,8 @@ def descend(
         matrix = point.matrix[np.ix_(moving, moving)] + np.diag(cost[moving])
         gradient = (point.gradient - cost * (numbers - centre))[moving]
         step = _step(matrix, gradient, damping)
-        variance = max(_objective(point, numbers, centre, cost), 0.0) / weight
+        # Where every pixel is an outlier there is no weight.
+        variance = max(_objective(point, numbers, centre, cost), 0.0) / max(weight, 1e-300)
         promised = float(2 * gradient @ step - step @ matrix @ step)
         reach = np.abs(fields.phase + fields.slopes[:, moving] @ step - normal.reference).max()
         if not np.isfinite(reach):
