@@ -278,7 +278,7 @@ def draw(rows: list[dict], sizes: list[dict], file: Path) -> None:
     mpl.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure, (left, right) = plt.subplots(1, 2, figsize=(12, 4.5), layout="constrained")
+    figure, (left, right) = plt.subplots(1, 2, figsize=(14, 4.5), layout="constrained")
     names = [row["claim"] for row in rows][::-1]
     left.barh(names, [row["ratio"] for row in rows][::-1], color="steelblue")
     limits = [row["limit"] for row in rows][::-1]
@@ -296,7 +296,7 @@ def draw(rows: list[dict], sizes: list[dict], file: Path) -> None:
     right.minorticks_off()
     right.set_yticks([0.5, 1, 2, 5], ["0.5", "1", "2", "5"])
     right.set_xticks([row["size"] for row in sizes], [str(row["size"]) for row in sizes])
-    right.legend()
+    figure.legend(*right.get_legend_handles_labels(), loc="outside right center")
     figure.savefig(file, dpi=110)
 
 

@@ -48,16 +48,16 @@ def answered(result) -> dict:
 
 def from_all_pixels(result) -> float | None:
     """How far the optimum of all pixels lies from an answer, in its standard deviations."""
-    import fitting
     from fitting.estimate import contrast_at_nodes, fringes_of, moved_to
     from fitting.estimate.edges import refine
     from fitting.model import GapModel
+    from fitting.parameters import one_blas_thread
     from fitting.photo import reduce
 
     found, variance = result.evidence.found, result.evidence.variance
     if not isinstance(found.model, GapModel):
         return None
-    with fitting.photograph.measure.one_blas_thread():
+    with one_blas_thread():
         pixels = reduce(result.picture.photograph, 1, np.float64)
         problem = replace(found.solution.problem, phase=fringes_of(moved_to(found.model, pixels.grid)))
         contrast = np.zeros(contrast_at_nodes().shape[1])

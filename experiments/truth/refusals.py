@@ -19,12 +19,12 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from experiments import records
 from experiments.truth.defects import DEFECTS, WAVELENGTH, draw_case, photograph
 from experiments.truth.made_fringes import KINDS, negative
 from fitting.finding import evidence_of, find_rings
+from fitting.parameters import one_blas_thread
 from fitting.photo import read
 
 _MOST_RINGS, _LARGEST = 60, 700
@@ -101,7 +101,7 @@ def main() -> None:
     options = parser.parse_args()
     seeds = 2 if options.quick else options.seeds
     step = 4 if options.quick else 1
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         positive, negatives = [], []
         for defect in DEFECTS[::step]:
             chosen = islice(cases(defect, options.first), seeds)

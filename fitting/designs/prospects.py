@@ -12,7 +12,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy.polynomial.chebyshev import chebder, chebvander
 
-from fitting.studies import Moves, moved, one_thread, tables
+from fitting.parameters import one_blas_thread
+from fitting.studies import Moves, moved, tables
 from newtonjax.numerics import Jet, jets
 from newtonjax.scene import Camera, Scene, middle
 
@@ -111,7 +112,7 @@ def prospects(
 
 def _prospect(layout: Layout, bench: Bench, design: Jet, targets: Targets) -> tuple[Jet, Jet, Jet]:
     # Where nothing is told, or no beam arrives, the logarithms are no numbers: the search looks for that.
-    with one_thread(), np.errstate(all="ignore"):
+    with one_blas_thread(), np.errstate(all="ignore"):
         names = [name for name, _ in layout.varied]
         seen = _see(layout, bench, names, design, targets)
         at, weight = np.polynomial.legendre.leggauss(layout.samples)

@@ -11,7 +11,7 @@ from fitting.estimate.fringe_sums import PhaseAt, table_of
 from fitting.model import NUMBERS, Frame, GapModel, SceneModel, as_arrays, gap_phase, localize
 from fitting.photo import NODES, Grid
 
-_CONTACT = NUMBERS.index("contact")
+_CURVATURE, _CONTACT = NUMBERS.index("curvature"), NUMBERS.index("contact")
 # A tangent of a bench's phase holds to a millionth of a turn within a thousandth of one.
 _STRAIGHT = 1e-3
 
@@ -31,7 +31,7 @@ def _block_contrast(frame: Frame, numbers: np.ndarray) -> np.ndarray:
 
     f is the fringes' frequency along the side [cycles per pixel].
     """
-    k, left = numbers[0] / frame.unit**2, np.ones(len(frame.x))
+    k, left = numbers[_CURVATURE] / frame.unit**2, np.ones(len(frame.x))
     for at, middle, offset in zip((frame.x, frame.y), frame.middle, numbers[1:3], strict=True):
         turn = np.pi * np.clip(2 * k * (at - middle - offset * frame.unit), -0.45 / frame.block, 0.45 / frame.block)
         left *= np.sinc(frame.block * turn / np.pi) / np.sinc(turn / np.pi)
@@ -71,16 +71,16 @@ class GapFringes(AbstractFringes):
         phase, slopes = gap_phase.phase_and_slopes(self.model, frame.x, frame.y, numbers)
         slopes = np.stack(slopes, axis=1)
         slopes[:, 0] += self._shift
-        return Fields(phase + self._shift * numbers[0], slopes, frame.contrast)
+        return Fields(phase + self._shift * numbers[_CURVATURE], slopes, frame.contrast)
 
     def edges(self, numbers: np.ndarray) -> PhaseAt | None:
         disc = numbers[_CONTACT] * self.model.frame.unit**2
         if not disc > 0:
             return None
         # Only the contact's own share has an edge, in r²: the nodes resolve both, and the rest of the phase.
-        frame, k = self.model.frame, numbers[0] / self.model.frame.unit**2
+        frame, k = self.model.frame, numbers[_CURVATURE] / self.model.frame.unit**2
         touching = np.where(np.arange(len(NUMBERS)) == _CONTACT, 0.0, numbers)
-        rest = table_of(gap_phase.phase(self.model, frame.x, frame.y, touching) + self._shift * numbers[0])
+        rest = table_of(gap_phase.phase(self.model, frame.x, frame.y, touching) + self._shift * numbers[_CURVATURE])
         square = table_of(gap_phase.squared_distance(self.model, frame.x, frame.y, numbers))
 
         def turns(grid: Grid, rows: slice) -> np.ndarray:
@@ -93,7 +93,7 @@ class GapFringes(AbstractFringes):
         """Phase of blocks [turns] and its derivatives by each number at any position [px]."""
         phase, slopes = gap_phase.phase_and_slopes(self.model, x, y, numbers)
         slopes[0] = slopes[0] + self._shift
-        return phase + self._shift * numbers[0], slopes
+        return phase + self._shift * numbers[_CURVATURE], slopes
 
     @property
     def _shift(self) -> float:

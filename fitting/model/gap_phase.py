@@ -43,12 +43,12 @@ class _Offset:
 
 def phase(model: GapModel, x, y, numbers: Float[np.ndarray, " free"]) -> np.ndarray:
     """Phase [turns] at pixel positions [px] that broadcast against each other."""
-    offset = _Offset(model, x, y, numbers)
-    r2 = _stretched(offset.dx, offset.dy, *numbers[4:6])[0]
-    k = numbers[0] / model.frame.unit**2
-    spheres = _spheres(model, r2, k, *numbers[4:6])[0]
-    flat = 0.0 if numbers[7] == 0 else flattened(r2, numbers[7] * model.frame.unit**2)
-    return k * (r2 * spheres + flat) + numbers[3]
+    curvature, _, _, shift, stretch, shear, _, contact, _ = numbers
+    offset, unit2 = _Offset(model, x, y, numbers), model.frame.unit**2
+    r2, k = _stretched(offset.dx, offset.dy, stretch, shear)[0], curvature / unit2
+    spheres = _spheres(model, r2, k, stretch, shear)[0]
+    flat = 0.0 if contact == 0 else flattened(r2, contact * unit2)
+    return k * (r2 * spheres + flat) + shift
 
 
 def flattened(r2, a2: float) -> np.ndarray:
@@ -64,15 +64,16 @@ def squared_distance(model: GapModel, x, y, numbers: Float[np.ndarray, " free"])
 
 def phase_and_slopes(model: GapModel, x, y, numbers: Float[np.ndarray, " free"]) -> tuple[np.ndarray, list[np.ndarray]]:
     """Phase [turns] at pixel positions [px], and its derivatives by each of `model.NUMBERS`."""
+    curvature, _, _, shift, stretch, shear, _, contact, _ = numbers
     offset, unit2 = _Offset(model, x, y, numbers), model.frame.unit**2
-    r2, r2_dx, r2_dy, r2_a, r2_b = _stretched(offset.dx, offset.dy, *numbers[4:6])
-    k = numbers[0] / unit2
-    spheres, spheres_r2, spheres_k, spheres_l = _spheres(model, r2, k, *numbers[4:6])
-    hertz, outwards, pressing = _hertz(r2, numbers[7] * unit2)
+    r2, r2_dx, r2_dy, r2_a, r2_b = _stretched(offset.dx, offset.dy, stretch, shear)
+    k = curvature / unit2
+    spheres, spheres_r2, spheres_k, spheres_l = _spheres(model, r2, k, stretch, shear)
+    hertz, outwards, pressing = _hertz(r2, contact * unit2)
     reach = r2 * spheres + hertz - r2
     along = k * (spheres + r2 * spheres_r2 + outwards - 1)
     # The view's own factor L = exp(sqrt(a² + b² + 1e-12) - 1e-6): dL = L (a da + b db) / sqrt(a² + b² + 1e-12).
-    tilt = np.sqrt(numbers[4] ** 2 + numbers[5] ** 2 + 1e-12)
+    tilt = np.sqrt(stretch**2 + shear**2 + 1e-12)
     longer = k * r2 * spheres_l * np.exp(tilt - 1e-6) / tilt
     by_x0, by_y0, by_kappa, by_fifth = offset.slopes(along * r2_dx, along * r2_dy)
     slopes: dict[str, Any] = {
@@ -80,13 +81,13 @@ def phase_and_slopes(model: GapModel, x, y, numbers: Float[np.ndarray, " free"])
         "centre x": by_x0,
         "centre y": by_y0,
         "phase": np.ones_like(r2),
-        "stretch": along * r2_a + longer * numbers[4],
-        "shear": along * r2_b + longer * numbers[5],
+        "stretch": along * r2_a + longer * stretch,
+        "shear": along * r2_b + longer * shear,
         "distortion": by_kappa,
         "contact": k * unit2 * pressing,
         "distortion 5": by_fifth,
     }
-    return k * reach + numbers[3], [slopes[name] for name in NUMBERS]
+    return k * reach + shift, [slopes[name] for name in NUMBERS]
 
 
 def _stretched(dx, dy, a, b):

@@ -8,6 +8,7 @@ from fitting.parameters.bench import knobs as knobs
 from fitting.parameters.bench import quantities_of as quantities_of
 from fitting.parameters.bench import raise_lens as raise_lens
 from fitting.parameters.bench import still as still
+from fitting.parameters.blas import one_blas_thread as one_blas_thread
 from fitting.parameters.fringe_scale import EXPONENTS as EXPONENTS
 from fitting.parameters.fringe_scale import Quantities as Quantities
 from fitting.parameters.fringe_scale import check_deviation as check_deviation

@@ -17,6 +17,7 @@ from fitting.parameters import (
     checked_start,
     curved_surface,
     held_turns,
+    one_blas_thread,
     quantities,
 )
 from fitting.photo import Photograph, block_size, pixels_of, read, reduce
@@ -153,17 +154,6 @@ def fit(
             choice = adapt(found, photograph, wishes | {"contact": False}, pinned)
             choice = choice._replace(found=finely(choice.found, photograph))
         return summarize(photograph, known, view, choice, began)
-
-
-def one_blas_thread():
-    """A context in which every BLAS that is loaded has one thread.
-
-    One with threads of its own spins on the cores after each product, and the products here are small: a fit takes ten
-    times as long. NumPy and SciPy bring one each, and SciPy's is loaded with the first of its modules that needs it.
-    """
-    from threadpoolctl import threadpool_limits
-
-    return threadpool_limits(limits=1, user_api="blas")
 
 
 def _known(arguments: dict, scene: Scene | None) -> Quantities:

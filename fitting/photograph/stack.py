@@ -2,15 +2,22 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import cache
 from typing import Any
 
 import numpy as np
 
-from fitting.parameters import EXPONENTS, Quantities, checked_fixed, checked_plate, checked_start, quantities
+from fitting.parameters import (
+    EXPONENTS,
+    Quantities,
+    checked_fixed,
+    checked_plate,
+    checked_start,
+    one_blas_thread,
+    quantities,
+)
 from fitting.photo import frames_of
 from fitting.photograph.frame_fit import FrameFit, FrameScale
-from fitting.photograph.measure import fit, one_blas_thread
+from fitting.photograph.measure import fit
 from fitting.photograph.selection import checked_parts
 from fitting.photograph.tracking import LostError, Track, begin, follow
 from newtonjax.numerics import x64
@@ -85,17 +92,9 @@ def _rows(frames: Iterator, arguments: dict, known: Quantities) -> Iterator[Fram
         if isinstance(frame, ValueError):
             yield FrameFit(number, "refused", str(frame))
             continue
-        with x64(), one_blas_thread() if track is None else _libraries().limit(limits=1, user_api="blas"):
+        with x64(), one_blas_thread():
             row, track, scale = _next(number, frame, track, scale, arguments)
         yield row
-
-
-@cache
-def _libraries():
-    # Looking for them takes as long as a frame; after the first fit all are loaded.
-    from threadpoolctl import ThreadpoolController
-
-    return ThreadpoolController()
 
 
 def _next(number: int, frame: np.ndarray, track: Track | None, scale: FrameScale, arguments: dict):

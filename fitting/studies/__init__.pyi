@@ -1,6 +1,5 @@
 """What a bench would tell: information, sensitivity, spread, speed."""
 
-from fitting.studies.blas import one_thread as one_thread
 from fitting.studies.electrons import Moves as Moves
 from fitting.studies.electrons import moved as moved
 from fitting.studies.electrons import tables as tables

@@ -33,7 +33,7 @@ class Problem(NamedTuple):
 
     - `scene`, `camera`: where the search starts; `moves`, `scales`: of its numbers; the first `free` of them are found.
     - `positive`: values of the free numbers of which only ratios mean something, in their scales; 0 for the others.
-    - `nodes`: to a side; `weight`: of the pixels.
+    - `nodes`: to a side; `image`: the scene's own, without noise [photoelectrons]; `weight`: of the pixels.
     """
 
     scene: Scene
@@ -43,6 +43,7 @@ class Problem(NamedTuple):
     free: int
     positive: Float[np.ndarray, " free"]
     nodes: int
+    image: Float[np.ndarray, "rows columns"]
     weight: Float[np.ndarray, "rows columns"]
 
 
@@ -77,9 +78,9 @@ def problem(
     """The fit of the first `free` numbers, weighted by the noise of the scene's own image."""
     moves = tuple((number.name, number.move) for number in numbers)
     scales = np.array([number.scale for number in numbers])
-    weight = weights(perfect_image(scene, camera, nodes), camera, noise)
+    image = perfect_image(scene, camera, nodes)
     positive = np.array([number.value / number.scale if number.positive else 0.0 for number in numbers[:free]])
-    return Problem(scene, camera, moves, scales, free, positive, nodes, weight)
+    return Problem(scene, camera, moves, scales, free, positive, nodes, image, weights(image, camera, noise))
 
 
 def solve(problem: Problem, data: Float[np.ndarray, "rows columns"], held: Float[np.ndarray, "fits held"]) -> Solution:
@@ -93,8 +94,8 @@ def solve(problem: Problem, data: Float[np.ndarray, "rows columns"], held: Float
                 _step(problem, data, going[first : first + together])
         steps = np.array([fit.at for fit in fits])
         # An exposure that has gone to nothing leaves no image to tell anything.
-        gone = (abs(problem.positive + steps) <= SETTLED * abs(problem.positive)) & (problem.positive != 0)
-        converged = ~gone.any(axis=1) & [fit.stage > fit.stages and _is_determined(fit.matrix) for fit in fits]
+        vanishes = (abs(problem.positive + steps) <= SETTLED * abs(problem.positive)) & (problem.positive != 0)
+        converged = ~vanishes.any(axis=1) & [fit.stage > fit.stages and _is_determined(fit.matrix) for fit in fits]
         return Solution(np.where(converged[:, None], steps, np.nan), np.array([fit.misfit for fit in fits]), converged)
 
 
@@ -111,17 +112,17 @@ def slopes(
     bench = moved(problem.scene, problem.camera, problem.moves, both, problem.scales)
     parts = jets.full(tables([bench], problem.nodes, 3)[0], (1, count, count)).parts[0, :, :, 0]
     table, changes = parts[0, 0], parts[1:, 0]
-    made = equations(table, changes, shape, lambda _, rows: problem.weight[rows], data, parts[1:, 1:])
-    inverse = _least(made.matrix[:free, :free], np.eye(free))
+    normal = equations(table, changes, shape, lambda _, rows: problem.weight[rows], data, parts[1:, 1:])
+    inverse = _least(normal.matrix[:free, :free], np.eye(free))
     weighted = slopes_of(table, changes[:free], shape) * problem.weight
-    by_image, by_held = np.tensordot(inverse, weighted, 1), -inverse @ made.matrix[:free, free:]
+    by_image, by_held = np.tensordot(inverse, weighted, 1), -inverse @ normal.matrix[:free, free:]
     # What is left of the gradient, rounding, moves the misfit with the steps: at the minimum itself it is 0.
-    rest = made.gradient[:free]
+    rest = normal.gradient[:free]
     return Slopes(
         by_image,
         by_held,
         problem.weight * (data - image_of(table, shape)) + np.tensordot(rest, by_image, 1),
-        made.gradient[free:] + rest @ by_held,
+        normal.gradient[free:] + rest @ by_held,
     )
 
 
@@ -144,20 +145,20 @@ class _Fit:
     def give_up(self) -> None:
         self.taken = STEPS
 
-    def step(self, made: Equations) -> None:
+    def step(self, normal: Equations) -> None:
         """One step of Gauss and Newton; into the next stage where it is a small one."""
         free = len(self.at)
-        if not (np.isfinite(made.matrix).all() and np.isfinite(made.gradient).all()):
+        if not (np.isfinite(normal.matrix).all() and np.isfinite(normal.gradient).all()):
             self.give_up()
             return
-        self.matrix, self.misfit = made.matrix[:free, :free], made.misfit
-        move = _least(self.matrix, made.gradient[:free])
+        self.matrix, self.misfit = normal.matrix[:free, :free], normal.misfit
+        move = _least(self.matrix, normal.gradient[:free])
         self.at = self.at - move
         settled = bool(abs(move).max() <= SETTLED * max(abs(self.at).max(), 1e-2))
         self.taken = 0 if settled else self.taken + 1
         if settled and self.stage < self.stages:
             # The fringes of the next stage are met where this one's slopes put them: else it may miscount them.
-            self.at = self.at - _least(self.matrix, made.matrix[:free, free]) / self.stages
+            self.at = self.at - _least(self.matrix, normal.matrix[:free, free]) / self.stages
         self.stage += settled
 
 
@@ -165,17 +166,17 @@ def _begun(problem: Problem, data, held) -> list[_Fit]:
     """The fits after their common first stage, in which nothing is off: it has the slopes by every held number."""
     free, numbers = problem.free, len(problem.scales)
     rest = _Fit(np.zeros(free), np.zeros(numbers - free), 0, 0)
-    ((made, changes),) = _looks(problem, data, [rest.place], [np.eye(numbers)])
+    ((normal, changes),) = _looks(problem, data, [rest.place], [np.eye(numbers)])
     phases = changes[free:, 2]
-    rest.step(made)
+    rest.step(normal)
     while rest.goes_on:
-        ((made, _),) = _looks(problem, data, [rest.place], [np.eye(numbers)])
-        rest.step(made)
+        ((normal, _),) = _looks(problem, data, [rest.place], [np.eye(numbers)])
+        rest.step(normal)
     if rest.stage == 0 or numbers == free:
         return [rest] * len(held)
     turns = abs(np.tensordot(held, phases, 1)).sum(axis=(1, 2))
     stages = np.clip(np.ceil(2 * turns), 1, STAGES).astype(int)
-    follow = _least(rest.matrix, made.matrix[:free, free:] @ held.T).T / stages[:, None]
+    follow = _least(rest.matrix, normal.matrix[:free, free:] @ held.T).T / stages[:, None]
     return [_Fit(*fit) for fit in zip(rest.at - follow, held, [1] * len(held), stages.tolist(), strict=True)]
 
 
@@ -185,8 +186,8 @@ def _step(problem: Problem, data, fits: list[_Fit]) -> None:
     for tangents, fit in zip(along, fits, strict=True):
         tangents[:-1, : problem.free] = np.eye(problem.free)
         tangents[-1, problem.free :] = fit.held
-    for fit, (made, _) in zip(fits, _looks(problem, data, [fit.place for fit in fits], along), strict=True):
-        fit.step(made)
+    for fit, (normal, _) in zip(fits, _looks(problem, data, [fit.place for fit in fits], along), strict=True):
+        fit.step(normal)
 
 
 def _looks(problem: Problem, data, places, tangents) -> list[tuple[Equations, np.ndarray]]:
@@ -198,11 +199,11 @@ def _looks(problem: Problem, data, places, tangents) -> list[tuple[Equations, np
         moved(problem.scene, problem.camera, problem.moves, jets.variable(place, along, 1, 2), problem.scales)
         for place, along in zip(places, tangents, strict=True)
     ]
-    made, reached = tables(benches, problem.nodes, 2)
-    parts = jets.full(made, (1, 1 + len(tangents[0]))).parts[0]
+    coefficients, reached = tables(benches, problem.nodes, 2)
+    parts = jets.full(coefficients, (1, 1 + len(tangents[0]))).parts[0]
     looks = []
-    for k, there in enumerate(reached):
-        table, changes = parts[0, k], np.where(there, parts[1:, k], np.nan)
+    for k, is_reached in enumerate(reached):
+        table, changes = parts[0, k], np.where(is_reached, parts[1:, k], np.nan)
         sums = equations(table, changes, problem.camera.shape, lambda _, rows: problem.weight[rows], data)
         looks.append((sums, changes))
     return looks

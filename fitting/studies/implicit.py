@@ -6,6 +6,7 @@ Implicit Differentiation). The second derivatives of the image are in ∂g/∂θ
 """
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import NamedTuple
 
 import jax
@@ -47,8 +48,8 @@ def measurement(
 
     It is called as `measure(image, wavelength=..., pixel_size=..., ...)`: the image [rows, columns] in incident
     irradiance, as `render` gives it or as the camera's photoelectrons over its exposure, and any numbers of
-    `knobs` that are not free, where they are not the scene's, in their units. It may be transformed by `jit`,
-    `jax.vmap`, `jax.grad` and `jax.jacfwd`, with JAX in float64.
+    `knobs` that are not free, where they are not the scene's, in their units. It may be transformed by
+    `jax.jit`, `jax.vmap`, `jax.grad` and `jax.jacfwd`, with JAX in float64.
 
     Args:
       scene, camera: where the search starts, and all that is assumed; one gap with two faces.
@@ -63,32 +64,36 @@ def measurement(
     for an image of another shape, and RuntimeError within a transformation in float32.
 
     """
-    there = knobs(scene, camera)
-    known = chosen(there, tuple(free))
-    method = fine_nodes(scene, camera) if method is None else method
+    numbers = knobs(scene, camera)
+    found = chosen(numbers, tuple(free))
+    nodes = (fine_nodes(scene, camera) if method is None else method).nodes
+
+    @cache
+    def fit_with(held: tuple[str, ...]) -> Problem:
+        return problem(scene, camera, list(chosen(numbers, (*found, *held)).values()), len(found), noise, nodes)
 
     def measure(image, **assumed) -> Measured:
         if np.shape(image) != camera.shape:
             raise ValueError(f"the image has shape {np.shape(image)}; allowed: the camera's, {camera.shape}")
-        if twice := set(assumed) & set(free):
+        if twice := set(assumed) & set(found):
             raise ValueError(f"{', '.join(sorted(twice))} is free: it is found, not assumed")
-        given = {**known, **chosen(there, tuple(assumed))} if assumed else known
-        off = [(value - given[name].value) / given[name].scale for name, value in assumed.items()]
-        fit = problem(scene, camera, list(given.values()), len(known), noise, method.nodes)
+        held = chosen(numbers, tuple(assumed)) if assumed else {}
+        fit = fit_with(tuple(assumed))
+        off = [(value - held[name].value) / held[name].scale for name, value in assumed.items()]
         if is_concrete(image, assumed):
-            found = gauss_newton.solve(
+            solution = gauss_newton.solve(
                 fit, np.asarray(image, float) * camera.exposure, np.array([off], float).reshape(1, -1)
             )
             with x64():
-                return measured(*(part[0] for part in found))
+                return measured(*(part[0] for part in solution))
         require_x64("measurement")
         shift = jnp.stack([jnp.asarray(one, float) for one in off]) if off else jnp.zeros(0)
         steps, misfit, converged = _differentiable(fit)(jnp.asarray(image, float) * camera.exposure, shift)
         return measured(steps, misfit, converged > 0)
 
     def measured(steps, misfit, converged) -> Measured:
-        values = [knob.value + step * knob.scale for knob, step in zip(known.values(), steps, strict=True)]
-        return Measured(dict(zip(known, map(_array, values), strict=True)), _array(misfit), _array(converged))
+        values = [knob.value + step * knob.scale for knob, step in zip(found.values(), steps, strict=True)]
+        return Measured(dict(zip(found, map(_array, values), strict=True)), _array(misfit), _array(converged))
 
     return measure
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from fitting.studies.blas import one_thread
+from fitting.parameters import one_blas_thread
 from newtonjax.numerics import chebyshev
 
 # Pixels of a block, about: its tables stay in the cache.
@@ -58,7 +58,7 @@ def equations(
     fine = 2 * count - 1
     along_y, along_x = (chebyshev.basis(n, fine) for n in shape)
     moments, sums, misfit = np.zeros((len(_PAIRS), fine, fine)), np.zeros((3, count, count)), 0.0
-    with one_thread():
+    with one_blas_thread():
         for rows, image, factors, bends in _blocks(table, shape):
             weight = weigh(image, rows)
             by_rows = along_y[:, rows]
@@ -82,7 +82,7 @@ def equations(
 
 def image_of(table: Float[np.ndarray, "3 count count"], shape: tuple[int, int]) -> Float[np.ndarray, "rows columns"]:
     """The image of coefficients."""
-    with one_thread():
+    with one_blas_thread():
         return np.concatenate([block.image for block in _blocks(table, shape)])
 
 
@@ -94,7 +94,7 @@ def slopes_of(
     """The image's derivatives, from those of its coefficients."""
     made = np.empty((len(changes), *shape))
     along_y, along_x = (chebyshev.basis(n, table.shape[-1]) for n in shape)
-    with one_thread():
+    with one_blas_thread():
         for rows, _, factors, _ in _blocks(table, shape):
             for image, change in zip(made, changes, strict=True):
                 image[rows] = sum(

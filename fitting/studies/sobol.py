@@ -18,7 +18,7 @@ from scipy.stats import norm, qmc
 from fitting.parameters import Knob, Known, chosen, deviation, knobs, require_held
 from fitting.studies import draws_file
 from fitting.studies.fisher import FREE, fine_nodes
-from fitting.studies.gauss_newton import perfect_image, problem, solve
+from fitting.studies.gauss_newton import problem, solve
 from fitting.studies.refusal import NotConvergedError
 from fitting.studies.sensitivities import free_beside, sensitivity
 from newtonjax import __version__
@@ -209,12 +209,11 @@ class _Fits:
         numbers = chosen(knobs(scene, camera), (*free, *names))
         self._target, self._held = numbers[free[0]], [numbers[name] for name in names]
         self._problem = problem(scene, camera, list(numbers.values()), len(free), noise, nodes)
-        self._image = perfect_image(scene, camera, nodes)
 
     def __call__(self, rows: Float[np.ndarray, "rows names"]) -> Float[np.ndarray, " rows"]:
         """The target at up to `batch` rows of held numbers; NaN where a fit does not converge."""
         values, scales = (np.array(each) for each in zip(*[(one.value, one.scale) for one in self._held], strict=True))
-        found = solve(self._problem, self._image, (rows - values) / scales)
+        found = solve(self._problem, self._problem.image, (rows - values) / scales)
         return self._target.value + self._target.scale * found.steps[:, 0]
 
 

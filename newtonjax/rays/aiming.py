@@ -82,10 +82,10 @@ def aim(route: Route, setting: Setting, target: Float[Array, "2 ..."]) -> Aimed:
         # One text of the ray for all steps and for the result, since it is what there is to compile: those that have
         # ended are shot again, and once more when all have.
         shot = shoot(route, setting, start)
-        away = target - shot.landing.point
-        move = _solve(shot.slope, away)
+        miss = target - shot.landing.point
+        move = _solve(shot.slope, miss)
         # At grazing incidence a small step is a long way on the screen: both are to be small.
-        small = is_small(move, start) & is_small(away, target)
+        small = is_small(move, start) & is_small(miss, target)
         moved, alive = start + move, shot.landing.alive
         hits = small & alive & jnp.isfinite(moved[0]) & jnp.isfinite(moved[1])
         ends = ~ended & (small | (count == _STEPS - 1))

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from rings_data import WAVELENGTH, coordinates, rings
-from threadpoolctl import threadpool_limits
 
 import fitting
 from fitting.finding import evidence_of, find_rings
 from fitting.finding.evidence import RingEvidence
+from fitting.parameters import one_blas_thread
 from fitting.photo import read
 
 # Share of the fringe power, orders, bend, share, coherence and harmonics of good rings.
@@ -18,7 +18,7 @@ GOOD |= {"noise": 0.0, "plane": 0.0}
 @pytest.fixture(autouse=True, scope="module")
 def one_thread():
     """As in a fit: a BLAS with threads of its own spins between small products."""
-    with threadpool_limits(1, user_api="blas"):
+    with one_blas_thread():
         yield
 
 
