@@ -133,10 +133,22 @@ def _lean(target: Posterior, found: Fitted) -> Float[Array, "moving given"]:
 
     Else a held gap of many waves, or a bench, would leave a ridge that no ensemble finds its way along.
     """
-    origin, unit = jnp.zeros(target.dimensions), jnp.eye(target.dimensions)[len(target.moving) :]
-    changes = jax.vmap(lambda e: jax.jvp(lambda p: target._fields(p)[0], (origin,), (e,))[1])(unit)
-    steps = found.matrix.shift(bends(found.solution, np.asarray(changes).T)[0])
+    changes = np.asarray(_phases_by_given(target))
+    steps = found.matrix.shift(bends(found.solution, changes.T)[0])
     return jnp.asarray(steps[np.searchsorted(np.flatnonzero(found.matrix.active), target.moving)])
+
+
+@eqx.filter_jit
+def _phases_by_given(target: Posterior) -> Float[Array, "given nodes"]:
+    """How the phase changes with each given quantity, per standard deviation, at the optimum."""
+    origin, unit = jnp.zeros(target.dimensions), jnp.eye(target.dimensions)[len(target.moving) :]
+    return jax.vmap(lambda e: jax.jvp(lambda p: target._fields(p)[0], (origin,), (e,))[1])(unit)
+
+
+@eqx.filter_jit
+def _numbers_at(target: Posterior, points: Float[Array, "n dimensions"]):
+    """The model's free numbers at each of many points, and the factors of what is given."""
+    return jax.vmap(target.numbers)(points)
 
 
 def _with(model: GapModel | SceneModel, unknown: str | None, factors: dict) -> GapModel | SceneModel:
@@ -180,7 +192,7 @@ class Draws(NamedTuple):
 
 def draws(target: Posterior, found: Fitted, known: Quantities, points: np.ndarray) -> Draws:
     """The quantities at points of a posterior [n, dimensions]: the measured one, centre [px], turns, given ones."""
-    free, factors = (np.asarray(table) for table in jax.vmap(target.numbers)(jnp.asarray(points)))
+    free, factors = (np.asarray(table) for table in _numbers_at(target, jnp.asarray(points)))
     unit, middle = found.model.frame.unit, found.model.frame.middle
     given = {name: known.given[name] * factor for name, factor in zip(target.given, factors.T, strict=True)}
     columns: dict[str, np.ndarray] = {

@@ -155,7 +155,8 @@ def _backend(file: Path, target: Posterior, walkers: int) -> emcee.backends.HDFB
 
 def _inside(target: Posterior, points: np.ndarray) -> np.ndarray:
     """Points drawn together about the optimum until each has a density: a wide posterior ends where the moments do."""
-    if not np.isfinite(np.asarray(log_density(target, jnp.zeros((1, target.dimensions))))).all():
+    # The optimum as often as there are points: the same program then serves for both.
+    if not np.isfinite(np.asarray(log_density(target, jnp.zeros(points.shape)))).all():
         raise ValueError(
             "the fit's own optimum has no density: it did not settle; mask what is not rings, or give start"
         )

@@ -1,7 +1,6 @@
 """Rooms and their doors, who may import whom, how long a file may be, what the shell may load: read from the source."""
 
 import ast
-import re
 import subprocess
 import sys
 from importlib import import_module
@@ -179,10 +178,3 @@ def test_a_verb_is_ready_without_what_only_a_picture_or_a_chain_needs(verb):
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False, cwd=ROOT)
     assert done.returncode == 0, done.stderr
-
-
-@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", "experiments/README.md"])
-def test_every_file_that_a_page_links_to_is_there(page):
-    text = (ROOT / page).read_text(encoding="utf-8")
-    links = [link for link in re.findall(r"\]\(([^)#]+)\)", text) if "://" not in link]
-    assert not [link for link in links if not (ROOT / page).parent.joinpath(link).exists()]
