@@ -1,12 +1,16 @@
 """The pixel size from a photograph of a ruled grid: its two wave vectors, by demodulation over the whole field."""
 
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy import fft, ndimage, optimize
 
 from fitting.parameters import check_deviation, number
 from fitting.photo import Photograph, flatten, read
+from fitting.reticle.grid import Grid, Lines
 from fitting.reticle.result import Scale
 
 # Harmonics of thin lines that are added up to find the grid; the lines need so many pixels a division.
@@ -53,21 +57,20 @@ def scale(
     if photograph.mask.sum() < 1024:
         return Scale("refused", f"{int(photograph.lit.sum())} pixels can be used: the image is dark or masked")
     fringes = flatten(photograph.image, photograph.lit)
-    waves = _lattice(fringes)
-    if waves is None:
+    grid = _lattice(fringes)
+    if grid is None:
         return Scale("refused", "no grid: no two directions of evenly spaced lines were found", photograph=photograph)
-    found = np.array([*waves[0], 0.0, *waves[1], 0.0, 0.0])
-    places = []
+    phases: list[Phases] = []
     for _ in range(_ROUNDS):
-        places = [_phases(fringes, photograph.lit, found, which) for which in (0, 1)]
-        coherence = min(place[3] for place in places)
-        longest = 1 / min(float(np.hypot(*found[k : k + 2])) for k in (0, 3))
+        phases = [_demodulated(fringes, photograph.lit, grid, direction) for direction in (0, 1)]
+        coherence = min(of_direction.coherence for of_direction in phases)
+        longest = 1 / min(lines.frequency for lines in grid.directions)
         least = max(_COHERENT, _NOISE / (4 * np.pi * (_WIDTH * longest) ** 2))
         if coherence < least:
             message = f"no grid: what looks like one is coherent to {coherence:.2g} only ({least:.2g} is the least)"
             return Scale("refused", message, photograph=photograph)
-        found = _fit(places, found, photograph.image.shape)
-    return _checked(_answer(found, places, photograph, float(division), float(division_sd or 0.0)))
+        grid = _fit(phases, grid, photograph.image.shape)
+    return _checked(_answer(grid, phases, photograph, float(division), float(division_sd or 0.0)))
 
 
 def _checked(answer: Scale) -> Scale:
@@ -85,8 +88,8 @@ def _checked(answer: Scale) -> Scale:
     return Scale("refused", f"no square grid: {reason}", photograph=answer.photograph) if reason else answer
 
 
-def _lattice(fringes: np.ndarray) -> np.ndarray | None:
-    """Two wave vectors [cycles/px] of similar length across each other, with the most power in them and harmonics."""
+def _lattice(fringes: np.ndarray) -> Grid | None:
+    """Two directions of similar distances across each other, with the most power in them and their harmonics."""
     size = [fft.next_fast_len(2 * n) for n in fringes.shape]
     power = np.abs(np.asarray(fft.fft2(fringes, size, workers=2))) ** 2
     fy, fx = np.meshgrid(fft.fftfreq(size[0]), fft.fftfreq(size[1]), indexing="ij")
@@ -117,17 +120,25 @@ def _lattice(fringes: np.ndarray) -> np.ndarray | None:
     if best is None:
         return None
     first, second = waves[best[1]], waves[best[2]]
-    return np.stack([first, second] if abs(first[0]) >= abs(second[0]) else [second, first])
+    upright = [first, second] if abs(first[0]) >= abs(second[0]) else [second, first]
+    along_x, along_y = (Lines(float(wave[0]), float(wave[1]), 0.0) for wave in upright)
+    return Grid(along_x, along_y, 0.0)
 
 
-def _phases(fringes: np.ndarray, lit: np.ndarray, numbers: np.ndarray, which: int):
-    """Places x, y [px], by how much the lines are ahead of a fit [turns, modulo 1], and their mean coherence.
+class Phases(NamedTuple):
+    """Lines of one direction: places x, y [px], by how much they are ahead of a grid [turns, modulo 1], coherence."""
 
-    Against the fit, and not against a plane wave: near an edge the average's middle is not the pixel.
-    """
+    x: np.ndarray
+    y: np.ndarray
+    ahead: np.ndarray
+    coherence: float
+
+
+def _demodulated(fringes: np.ndarray, lit: np.ndarray, grid: Grid, direction: int) -> Phases:
+    """The lines' phase against a grid, and not against a plane wave: near an edge the average's middle is no pixel."""
     rows, columns = fringes.shape
-    width = _WIDTH / float(np.hypot(*numbers[3 * which : 3 * which + 2]))
-    turns = _model(numbers, np.arange(columns), np.arange(rows)[:, None], which, fringes.shape)
+    width = _WIDTH / grid.directions[direction].frequency
+    turns = grid.turns(direction, np.arange(columns), np.arange(rows)[:, None], fringes.shape)
     waves = (np.cos(2 * np.pi * turns), -np.sin(2 * np.pi * turns))
     smooth = [ndimage.gaussian_filter(fringes * wave, width, mode="constant") for wave in waves]
     power = ndimage.gaussian_filter(fringes**2, width, mode="constant")
@@ -135,112 +146,117 @@ def _phases(fringes: np.ndarray, lit: np.ndarray, numbers: np.ndarray, which: in
     sample = (slice(step // 2, None, step),) * 2
     phasor, power, covered = (smooth[0] + 1j * smooth[1])[sample], power[sample], lit[sample]
     size = np.abs(phasor) ** 2 / np.maximum(power, 1e-12)
-    good = covered & (size > 0.25 * np.percentile(size[covered], 90)) if covered.any() else covered
+    clear = covered & (size > 0.25 * np.percentile(size[covered], 90)) if covered.any() else covered
     y, x = np.meshgrid(np.arange(rows)[sample[0]], np.arange(columns)[sample[1]], indexing="ij")
-    return x[good], y[good], np.angle(phasor[good]) / (2 * np.pi), float(np.mean(size[good] * 2)) if good.any() else 0.0
+    coherence = float(np.mean(size[clear] * 2)) if clear.any() else 0.0
+    return Phases(x[clear], y[clear], np.angle(phasor[clear]) / (2 * np.pi), coherence)
 
 
-def _model(numbers: np.ndarray, x: np.ndarray, y: np.ndarray, which: int, shape: tuple[int, int]) -> np.ndarray:
-    """Turns of the lines of a direction at pixels: a plane wave on the undistorted image."""
-    middle = [(n - 1) / 2 for n in shape]
-    ux, uy = x - middle[1], y - middle[0]
-    out = 1 + numbers[6] * (ux**2 + uy**2) / (middle[0] ** 2 + middle[1] ** 2)
-    fx, fy, zero = numbers[3 * which : 3 * which + 3]
-    return (fx * ux + fy * uy) * out + zero
-
-
-def _fit(places, start: np.ndarray, shape: tuple[int, int], keep=None) -> np.ndarray:
-    """Both waves, their phases and the distortion, by robust least squares on what the lines are ahead of `start`."""
+def _fit(
+    phases: list[Phases],
+    start: Grid,
+    shape: tuple[int, int],
+    select: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None,
+) -> Grid:
+    """The grid, by robust least squares on what the lines are ahead of `start`; `select`: which places count."""
     middle = np.array([(shape[1] - 1) / 2, (shape[0] - 1) / 2])
-    chosen = [np.ones(len(place[0]), bool) if keep is None else keep(place[0], place[1]) for place in places]
-    ahead = [place[2] + _model(start, place[0], place[1], k, shape) for k, place in enumerate(places)]
-    far = [np.hypot(x - middle[0], y - middle[1]) / np.hypot(*middle) for x, y, *_ in places]
+    chosen = [np.ones(len(p.x), bool) if select is None else select(p.x, p.y) for p in phases]
+    turns = [p.ahead + start.turns(k, p.x, p.y, shape) for k, p in enumerate(phases)]
+    distances = [np.hypot(p.x - middle[0], p.y - middle[1]) / np.hypot(*middle) for p in phases]
 
-    def left(numbers, reach, free):
-        parts = []
-        for k, (x, y, *_) in enumerate(places):
-            seen = chosen[k] & (far[k] <= reach)
-            away = ahead[k][seen] - _model(np.where(free, numbers, start), x[seen], y[seen], k, shape)
-            parts.append(away - np.round(away))
+    def bounded(vector: np.ndarray, bends: bool) -> Grid:
+        grid = Grid.unpacked(vector)
+        return grid if bends else replace(grid, distortion=start.distortion)
+
+    def residual(vector: np.ndarray, reach: float, bends: bool) -> np.ndarray:
+        grid, parts = bounded(vector, bends), []
+        for k, p in enumerate(phases):
+            used = chosen[k] & (distances[k] <= reach)
+            difference = turns[k][used] - grid.turns(k, p.x[used], p.y[used], shape)
+            parts.append(difference - np.round(difference))
         return np.concatenate(parts)
 
-    unit, found = np.array([1e-4, 1e-4, 0.1, 1e-4, 1e-4, 0.1, 1e-2]), start.copy()
-    for k, place in enumerate(places):
-        found[3 * k + 2] += np.angle(np.exp(2j * np.pi * place[2]).mean()) / (2 * np.pi)
+    mean_ahead = [float(np.angle(np.exp(2j * np.pi * p.ahead).mean()) / (2 * np.pi)) for p in phases]
+    lines = [lines._replace(phase=lines.phase + turn) for lines, turn in zip(start.directions, mean_ahead, strict=True)]
+    grid = Grid(lines[0], lines[1], start.distortion)
     # Outwards from the middle: at the rim a distortion may be off by whole lines.
-    nearest = float(min(f.min() for f in far))
+    nearest = float(min(distance.min() for distance in distances))
     reaches = [*sorted({max(reach, nearest + 0.25) for reach in (0.3, 0.5, 0.7)}), np.inf]
     for reach in reaches:
-        free = np.array([True] * 6 + [reach > reaches[0]])
-        if len(left(found, reach, free)) > 20:
-            arguments = (reach, free)
-            fit = optimize.least_squares(left, found, x_scale=unit, loss="soft_l1", f_scale=0.03, args=arguments)
-            found = np.where(free, fit.x, start)
-    return found
+        arguments = (reach, reach > reaches[0])
+        if len(residual(grid.packed(), *arguments)) > 20:
+            fit = optimize.least_squares(
+                residual, grid.packed(), x_scale=np.array(Grid.UNITS), loss="soft_l1", f_scale=0.03, args=arguments
+            )
+            grid = bounded(fit.x, arguments[1])
+    return grid
 
 
-def _answer(found: np.ndarray, places, photograph: Photograph, division: float, division_sd: float) -> Scale:
-    shape = photograph.image.shape
-    waves = np.stack([found[0:2], found[3:5]])
+def _jackknife(grid: Grid, phases: list[Phases], shape: tuple[int, int]) -> list[Grid]:
+    """The grid from the field without each of its parts in turn, where that leaves most of the places but not all."""
 
-    def without(part):
-        def keep(x, y):
+    def without(part: int) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+        def select(x: np.ndarray, y: np.ndarray) -> np.ndarray:
             return (y * _PARTS // shape[0]).astype(int) * _PARTS + (x * _PARTS // shape[1]).astype(int) != part
 
-        return keep
+        return select
 
-    left_out = []
+    grids = []
     for part in range(_PARTS**2):
-        keep = without(part)
-        counts = [(int(keep(p[0], p[1]).sum()), len(p[0])) for p in places]
+        select = without(part)
+        counts = [(int(select(p.x, p.y).sum()), len(p.x)) for p in phases]
         if all(0.5 * total < count < total for count, total in counts):
-            left_out.append(_fit(places, found, shape, keep))
-    sizes = np.array([_size(numbers) for numbers in left_out])
-    n = max(len(left_out), 2)
-    spread = np.sqrt((n - 1) / n * ((sizes - sizes.mean()) ** 2).sum()) if len(sizes) > 1 else np.nan
-    bends = np.array([numbers[6] for numbers in left_out])
-    size = _size(found) * division
-    sd = float(np.hypot(spread * division, size * division_sd / division))
-    lines = tuple(float(np.ptp(_model(found, p[0], p[1], k, shape))) for k, p in enumerate(places))
-    first, second = waves
+            grids.append(_fit(phases, grid, shape, select))
+    return grids
+
+
+def _jackknife_sd(estimates: list[float]) -> float:
+    """Standard deviation from estimates without one part each (Efron 1982); NaN from fewer than two."""
+    values, n = np.array(estimates), len(estimates)
+    return float(np.sqrt((n - 1) / n * ((values - values.mean()) ** 2).sum())) if n > 1 else float("nan")
+
+
+def _answer(grid: Grid, phases: list[Phases], photograph: Photograph, division: float, division_sd: float) -> Scale:
+    shape = photograph.image.shape
+    partial = _jackknife(grid, phases, shape)
+    size = grid.pixel * division
+    spread = _jackknife_sd([part.pixel for part in partial]) * division
+    lines = tuple(float(np.ptp(grid.turns(k, p.x, p.y, shape))) for k, p in enumerate(phases))
     warnings = list(photograph.warnings)
     if not division_sd:
         warnings.append("no standard deviation given for the division: taken as exact, the error bar lacks it")
     # Columns of the matrix of waves are what one pixel along x, y crosses, in divisions.
-    along_x, along_y = (float(np.hypot(*waves[:, k])) * division for k in (0, 1))
+    along_x, along_y = (float(np.hypot(*grid.waves[:, k])) * division for k in (0, 1))
     if abs(np.log(along_x / along_y)) > 0.02:
         warnings.append(
             f"pixels are {abs(np.log(along_x / along_y)):.1%} longer one way: their geometric mean is given"
         )
+    first, second = grid.waves
     square = float(first @ second / (np.hypot(*first) * np.hypot(*second)))
+    distortion_sd = _jackknife_sd([part.distortion for part in partial])
     return Scale(
         "ok",
         pixel_size=size,
-        pixel_size_sd=sd,
+        pixel_size_sd=float(np.hypot(spread, size * division_sd / division)),
         pixel_size_x=along_x,
         pixel_size_y=along_y,
         angle=float(np.arctan2(first[1], first[0])) if first[0] >= 0 else float(np.arctan2(-first[1], -first[0])),
         skew=float(np.arcsin(np.clip(square, -1, 1))),
-        distortion=float(found[6]),
-        distortion_sd=float(np.sqrt((n - 1) / n * ((bends - bends.mean()) ** 2).sum())) if len(bends) > 1 else None,
+        distortion=grid.distortion,
+        distortion_sd=distortion_sd if np.isfinite(distortion_sd) else None,
         lines=(lines[0], lines[1]),
         division=division,
         division_sd=division_sd or None,
         warnings=warnings,
         photograph=photograph,
-        numbers=found,
+        grid=grid,
     )
-
-
-def _size(numbers: np.ndarray) -> float:
-    """Geometric mean of a pixel's sides in divisions, in the middle of the image."""
-    return float(np.sqrt(abs(numbers[0] * numbers[4] - numbers[1] * numbers[3])))
 
 
 def lines_at(result: Scale) -> list[np.ndarray]:
     """Turns of both directions' lines at every pixel: a line is where they are whole. Empty without a grid."""
-    if result.photograph is None or result.numbers is None:
+    if result.photograph is None or result.grid is None:
         return []
     rows, columns = result.photograph.image.shape
     x, y = np.arange(columns, dtype=float), np.arange(rows, dtype=float)[:, None]
-    return [_model(result.numbers, x, y, which, (rows, columns)) for which in (0, 1)]
+    return [result.grid.turns(direction, x, y, (rows, columns)) for direction in (0, 1)]

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fitting.photo import Photograph
+from fitting.reticle.grid import Grid
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class Scale:
     division_sd: float | None = None
     warnings: list[str] = field(default_factory=list)
     photograph: Photograph | None = field(default=None, repr=False)
-    numbers: np.ndarray | None = field(default=None, repr=False)
+    grid: Grid | None = field(default=None, repr=False)
 
     def as_dict(self) -> dict:
         """The JSON object of the shell, which `fit --scale-from` reads: units in the keys."""
