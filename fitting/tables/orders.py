@@ -66,9 +66,9 @@ def rings(
     contact = -0.5 if (view == "transmitted") != bright else 0.0
     model = _model(read, view, bright, angle, index)
 
-    def answer(status: str, message: str = "", **more) -> RingsResult:
+    def answer(status: str, message: str = "", **values) -> RingsResult:
         seconds = time.perf_counter() - began
-        return RingsResult(status, message, warnings=warnings, model=model, unit=unit, seconds=seconds, **more)
+        return RingsResult(status, message, warnings=warnings, model=model, unit=unit, seconds=seconds, **values)
 
     warnings = [*read.warnings]
     if (count := len(np.unique(read.order))) < 2:
@@ -80,7 +80,7 @@ def rings(
         return answer("refused", "the radii do not grow with the order; count orders from the centre outwards")
     offset = line.intercept / line.slope - contact
     slope_sd, offset_sd = _errors(line)
-    warnings += _said(line, offset, offset_sd)
+    warnings += _line_warnings(line, offset, offset_sd)
     if slope_sd is None:
         warnings.append("two readings give a line but no standard deviation; read more rings, or state sd_mm")
     common = {
@@ -94,10 +94,10 @@ def rings(
     if unit == "px":
         message = "without pixel_size there is no radius: the fringe scale is the answer"
         return answer("no-scale", message, fringe_scale_per_px2=1 / line.slope, **common)
-    found = line.slope * path / wavelength
-    warnings += _factor_of_four(found, expected_radius)
+    radius_m = line.slope * path / wavelength
+    warnings += _factor_of_four(radius_m, expected_radius)
     if slope_sd is None:
-        return answer("ok", radius=found, **common)
+        return answer("ok", radius=radius_m, **common)
     relative = {
         "reading": slope_sd / line.slope,
         "pixel_size": 2 * (pixel_size_sd or 0.0) / scale if read.unit == "px" else 0.0,
@@ -105,31 +105,31 @@ def rings(
         "angle": abs(np.sin(angle) * np.cos(angle)) / path**2 * (angle_sd or 0.0),
         "index": index / path**2 * (index_sd or 0.0),
     }
-    budget = [(name, found * float(sd)) for name, sd in relative.items() if sd or name == "reading"]
+    budget = [(name, radius_m * float(sd)) for name, sd in relative.items() if sd or name == "reading"]
     noise, total = budget[0][1], float(np.sqrt(sum(sd**2 for _, sd in budget)))
     return answer(
         "ok",
-        radius=found,
+        radius=radius_m,
         radius_sd=total,
-        radius_interval=_interval(found, total, noise, line.freedom),
+        radius_interval=_interval(radius_m, total, noise, line.freedom),
         radius_sd_noise=noise,
         budget=budget,
         **common,
     )
 
 
-def _check(given: dict) -> None:
-    if given["view"] not in ("reflected", "transmitted"):
-        raise ValueError(f"view is {given['view']!r}; allowed: 'reflected' or 'transmitted'")
+def _check(arguments: dict) -> None:
+    if arguments["view"] not in ("reflected", "transmitted"):
+        raise ValueError(f"view is {arguments['view']!r}; allowed: 'reflected' or 'transmitted'")
     for name in ("wavelength", "pixel_size", "index"):
-        check_quantity(name, given[name])
-    check_quantity("expected_radius", given["expected_radius"], "radius")
+        check_quantity(name, arguments[name])
+    check_quantity("expected_radius", arguments["expected_radius"], "radius")
     for name in ("wavelength", "pixel_size", "angle", "index"):
-        check_deviation(name, given[f"{name}_sd"], given[name])
-    if not abs(number("angle", given["angle"])) < np.pi / 2:
-        raise ValueError(f"angle is {given['angle']}; allowed: less than a right angle, in radians")
-    if np.sin(given["angle"]) ** 2 >= given["index"] ** 2:
-        raise ValueError(f"index is {given['index']}: light at this angle does not enter the gap")
+        check_deviation(name, arguments[f"{name}_sd"], arguments[name])
+    if not abs(number("angle", arguments["angle"])) < np.pi / 2:
+        raise ValueError(f"angle is {arguments['angle']}; allowed: less than a right angle, in radians")
+    if np.sin(arguments["angle"]) ** 2 >= arguments["index"] ** 2:
+        raise ValueError(f"index is {arguments['index']}: light at this angle does not enter the gap")
 
 
 def _line(order, radius, sd, contact: float, turns: float | None) -> tuple[Line | None, np.ndarray]:
@@ -146,8 +146,8 @@ def _line(order, radius, sd, contact: float, turns: float | None) -> tuple[Line 
         return radius**2 + (radius**2 / (lens * (1 + np.sqrt(1 - share**2)))) ** 2
 
     # Where the lens is steep, r² alone is so bent that good rings look misread.
-    steep = radius[line.kept].max() > _STEEP * line.slope * turns
-    used, counted = (np.ones(len(radius), bool), order) if steep else (line.kept, line.order)
+    steep = radius[line.used].max() > _STEEP * line.slope * turns
+    used, counted = (np.ones(len(radius), bool), order) if steep else (line.used, line.order)
     errors = None if deviation is None else deviation[used]
 
     def excess(lens: float) -> float:
@@ -165,57 +165,63 @@ def _line(order, radius, sd, contact: float, turns: float | None) -> tuple[Line 
 
 
 def _errors(line: Line) -> tuple[float | None, float | None]:
+    """Standard deviations of slope and offset; None where two readings leave them unknown."""
     if not np.isfinite(line.covariance).all():
         return None, None
-    ratio = line.intercept / line.slope
-    gradient = np.array([-ratio, 1.0]) / line.slope
-    return float(np.sqrt(line.covariance[0, 0])), float(np.sqrt(gradient @ line.covariance @ gradient))
+    # Of the slope, and of the offset in orders, their quotient.
+    return line.sd_of(1.0, 0.0), line.sd_of(-line.intercept / line.slope**2, 1.0 / line.slope)
 
 
-def _interval(found: float, total: float, noise: float, freedom: float) -> tuple[float, float]:
+def _interval(radius: float, total: float, noise: float, freedom: float) -> tuple[float, float]:
     """95 % by Student's t, for the effective degrees of freedom of Welch and Satterthwaite (GUM, G.4)."""
     effective = freedom * (total / noise) ** 4 if noise > 0 and np.isfinite(freedom) else np.inf
     half = total * float(stats.norm.ppf(0.975) if np.isinf(effective) else stats.t.ppf(0.975, effective))
-    return found - half, found + half
+    return radius - half, radius + half
 
 
 def _rings(line: Line, read: Readings, radius: np.ndarray, ordinate: np.ndarray) -> list[Ring]:
     residual = line.residual(ordinate) / np.maximum(2 * radius, 1e-300)
-    both = zip(read.order, radius, residual, line.flags, strict=True)
-    return [Ring(float(m), float(r), float(left), flag) for m, r, left, flag in both]
+    rows = zip(read.order, radius, residual, line.flags, strict=True)
+    return [Ring(float(m), float(r), float(residual_radius), flag) for m, r, residual_radius, flag in rows]
 
 
-def _said(line: Line, offset: float, offset_sd: float | None) -> list[str]:
-    found = []
-    out = [f"{m:g}" for m, used in zip(line.order, line.kept, strict=True) if not used]
+def _line_warnings(line: Line, offset: float, offset_sd: float | None) -> list[str]:
+    warnings = []
+    out = [f"{m:g}" for m, used in zip(line.order, line.used, strict=True) if not used]
     if out:
-        found.append(f"readings of order {', '.join(out)} lie off the line of the others and were left out")
+        warnings.append(f"readings of order {', '.join(out)} lie off the line of the others and were left out")
     counted = [flag for flag in line.flags if flag.startswith("counted")]
     if counted:
-        found.append(f"{len(counted)} orders were miscounted by a whole ring and set right; see their flags")
+        warnings.append(f"{len(counted)} orders were miscounted by a whole ring and set right; see their flags")
     suspects = [f"{m:g}" for m, flag in zip(line.order, line.flags, strict=True) if flag.startswith("does not")]
     if suspects:
-        found.append(f"the readings do not lie on a line; order {', '.join(suspects)} is the likeliest to be misread")
+        warnings.append(
+            f"the readings do not lie on a line; order {', '.join(suspects)} is the likeliest to be misread"
+        )
     if offset_sd is not None and abs(offset) > max(_OFFSET, 3 * offset_sd):
-        whole = round(offset)
-        count = f"the orders may be counted {abs(whole)} too {'low' if whole > 0 else 'high'}, or " if whole else ""
-        found.append(
+        miscount = round(offset)
+        count = (
+            f"the orders may be counted {abs(miscount)} too {'low' if miscount > 0 else 'high'}, or "
+            if miscount
+            else ""
+        )
+        warnings.append(
             f"the line misses contact by {offset:+.2g} orders: {count}the glasses do not touch; the radius is from the "
             "slope and does not depend on it"
         )
-    return found
+    return warnings
 
 
-def _factor_of_four(found: float, expected: float | None) -> list[str]:
+def _factor_of_four(radius: float, expected: float | None) -> list[str]:
     if expected is None:
         return []
-    ratio = found / expected
+    ratio = radius / expected
     if abs(np.log(ratio)) <= min(abs(np.log(ratio / 4)), abs(np.log(ratio * 4))):
         return []
-    other = ("diameters", "radii", found / 4) if ratio > 1 else ("radii", "diameters", found * 4)
+    look, called, corrected = ("diameters", "radii", radius / 4) if ratio > 1 else ("radii", "diameters", radius * 4)
     return [
-        f"the radius is {ratio:.2g} times the expected one: what the table calls {other[1]} look like {other[0]}; "
-        f"if they are, the radius is {other[2]:.4g} m (name the column with columns or --column)"
+        f"the radius is {ratio:.2g} times the expected one: what the table calls {called} look like {look}; "
+        f"if they are, the radius is {corrected:.4g} m (name the column with columns or --column)"
     ]
 
 

@@ -39,54 +39,58 @@ def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] |
     Raises FileNotFoundError, and ValueError for a table without these columns, or a cell that is no number.
     """
     cells, lines = _columns(table)
-    own_cells, named = dict(cells), dict(columns or {})
-    for name, own in named.items():
-        if own not in own_cells:
-            raise ValueError(f"the table has no column {own!r}; it has {', '.join(own_cells)}")
+    table_cells, named = dict(cells), dict(columns or {})
+    for name, header in named.items():
+        if header not in table_cells:
+            raise ValueError(f"the table has no column {header!r}; it has {', '.join(table_cells)}")
         if name not in _NAMES:
             raise ValueError(f"a column cannot be named {name!r}; allowed: {', '.join(_NAMES)}")
-        cells[name] = own_cells[own]
+        cells[name] = table_cells[header]
     if "order" not in cells:
         raise ValueError(f"the table has no column 'order'; it has {', '.join(cells)}; name one with order=ITS-NAME")
-    found = _sizes(cells)
+    size_names = _sizes(cells)
     # What the user names is what is meant.
-    found.sort(key=lambda name: not any(part in named for part in _parts(name)))
-    if any(part in named for part in _NAMES[1:]) and found and not any(part in named for part in _parts(found[0])):
+    size_names.sort(key=lambda name: not any(part in named for part in _parts(name)))
+    if (
+        any(part in named for part in _NAMES[1:])
+        and size_names
+        and not any(part in named for part in _parts(size_names[0]))
+    ):
         lone = next(part for part in named if part != "order")
         raise ValueError(f"{lone} alone tells no ring's size; name its partner as well")
-    if not found:
+    if not size_names:
         raise ValueError(
             f"the table has no ring sizes; it has {', '.join(cells)}; allowed: left_mm with right_mm, diameter_mm or "
             "radius_mm (or um, cm, m, px), or name one with diameter_mm=ITS-NAME"
         )
-    name, *others = found
+    name, *secondaries = size_names
     kind, unit = name.split("_")
     numbers = {key: _numbers(cells[key], key, lines) for key in ("order", *_parts(name))}
-    stated = [f"sd_{unit}", *(f"sd_{other}" for other in _METRES if (other == "px") == (unit == "px"))]
+    stated = [f"sd_{unit}", *(f"sd_{its_unit}" for its_unit in _METRES if (its_unit == "px") == (unit == "px"))]
     sd_name = next((sd for sd in stated if sd in cells), stated[0])
     if sd_name in cells:
         numbers[sd_name] = _numbers(cells[sd_name], sd_name, lines)
-    whole = np.all([np.isfinite(column) for column in numbers.values()], axis=0)
-    warnings = [f"{np.sum(~whole)} rows with an empty cell were left out"] if not whole.all() else []
-    if not whole.any():
+    complete = np.all([np.isfinite(column) for column in numbers.values()], axis=0)
+    warnings = [f"{np.sum(~complete)} rows with an empty cell were left out"] if not complete.all() else []
+    if not complete.any():
         raise ValueError("no row of the table is complete")
     scale = 1.0 if unit == "px" else _METRES[unit]
-    radius = _radius(numbers, name)[whole] * scale
+    radius = _radius(numbers, name)[complete] * scale
     if np.any(radius < 0):
         raise ValueError(f"{name} holds a negative size; allowed: zero or more")
     sd = None
     if sd_name in numbers:
         sd_scale = 1.0 if unit == "px" else _METRES[sd_name[3:]]
-        sd = numbers[sd_name][whole] * sd_scale * _KINDS[kind] * (math.sqrt(2) if kind == "left" else 1)
+        sd = numbers[sd_name][complete] * sd_scale * _KINDS[kind] * (math.sqrt(2) if kind == "left" else 1)
         if np.any(sd <= 0) or sd.min() < 1e-9 * sd.max():
             raise ValueError(f"{sd_name} holds {numbers[sd_name].min():g}; allowed: above zero, and of one size")
-    unread = [one for one in cells if one.startswith("sd_") and one in _NAMES and one != sd_name]
-    warnings += [f"{one} was not used: the sizes are those of {name}" for one in unread]
-    if np.any(radius > 1e6) or np.any(np.abs(numbers["order"][whole]) > 1e9):
+    unread = [column for column in cells if column.startswith("sd_") and column in _NAMES and column != sd_name]
+    warnings += [f"{column} was not used: the sizes are those of {name}" for column in unread]
+    if np.any(radius > 1e6) or np.any(np.abs(numbers["order"][complete]) > 1e9):
         raise ValueError(f"order or {name} holds a number beyond all rings; check the columns and units")
-    for other in others:
-        warnings += _disagreement(cells, lines, name, other, whole)
-    return Readings(numbers["order"][whole], radius, sd, "px" if unit == "px" else "m", name, warnings)
+    for secondary in secondaries:
+        warnings += _disagreement(cells, lines, name, secondary, complete)
+    return Readings(numbers["order"][complete], radius, sd, "px" if unit == "px" else "m", name, warnings)
 
 
 def _columns(table) -> tuple[dict[str, list], list[int]]:
@@ -151,24 +155,25 @@ def _radius(numbers: Mapping[str, np.ndarray], name: str) -> np.ndarray:
     return size * _KINDS[name.split("_")[0]]
 
 
-def _disagreement(cells, lines, name: str, other: str, whole: np.ndarray) -> list[str]:
+def _disagreement(cells, lines, name: str, secondary: str, complete: np.ndarray) -> list[str]:
     """That two columns tell different sizes, in the same unit or by a factor that is not the same for all rows."""
     mine, theirs = (
-        _radius({part: _numbers(cells[part], part, lines) for part in _parts(one)}, one)[whole] for one in (name, other)
+        _radius({part: _numbers(cells[part], part, lines) for part in _parts(column)}, column)[complete]
+        for column in (name, secondary)
     )
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = theirs / mine
     ratio = ratio[np.isfinite(ratio) & (ratio > 0)]
     if len(ratio) == 0:
         return []
-    mine_unit, their_unit = (_METRES[one.split("_")[1]] for one in (name, other))
+    mine_unit, their_unit = (_METRES[column.split("_")[1]] for column in (name, secondary))
     # Against pixels only the common factor, the scale, is unknown.
     factor = mine_unit / their_unit
-    if name.endswith("px") != other.endswith("px"):
+    if name.endswith("px") != secondary.endswith("px"):
         factor = float(np.median(ratio))
     elif name.endswith("px"):
         factor = 1.0
-    away = np.abs(ratio / factor - 1)
-    if away.max() < _AGREE:
+    deviation = np.abs(ratio / factor - 1)
+    if deviation.max() < _AGREE:
         return []
-    return [f"{other} and {name} disagree by up to {away.max():.1%}: {name} was used"]
+    return [f"{secondary} and {name} disagree by up to {deviation.max():.1%}: {name} was used"]
