@@ -71,8 +71,8 @@ class RingEvidence:
     @property
     def clear_beside_noise(self) -> bool:
         """Whether rings explain nearly all that white noise does not: it lowers match and share, not coherence."""
-        rest = 1.0 - min(self.noise, _MOST_NOISE)
-        return self.match > _MATCH * rest and self.share > _CLEAR * rest and self.coherence > _CLEAR
+        signal = 1.0 - min(self.noise, _MOST_NOISE)
+        return self.match > _MATCH * signal and self.share > _CLEAR * signal and self.coherence > _CLEAR
 
     @property
     def least_bend(self) -> float:
@@ -156,9 +156,9 @@ class Tiles:
         """About so many tiles of a view; those of which less than half is lit are left out."""
         rows, columns = view.means.shape
         size = int(np.clip(np.sqrt(rows * columns / count), _SMALLEST_TILE, min(rows, columns)))
-        shown = view.shown(rings)
-        x, y = np.arange(columns) - shown.centre[0], np.arange(rows)[:, None] - shown.centre[1]
-        turns = (shown.scale * (x**2 + y**2) + shown.phase) % 1.0
+        on_blocks = view.shown(rings)
+        x, y = np.arange(columns) - on_blocks.centre[0], np.arange(rows)[:, None] - on_blocks.centre[1]
+        turns = (on_blocks.scale * (x**2 + y**2) + on_blocks.phase) % 1.0
         tables = (view.means, view.mask, 2 * np.pi * turns)
         light, used, phase = (_cut(table.astype(np.float32), size) for table in tables)
         used *= used.mean(axis=2, keepdims=True) >= 0.5
@@ -170,53 +170,53 @@ class Tiles:
     def waves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Per tile [rows, columns]: variance that planes leave, what a cosine takes of it, its complex amplitude."""
         light = self.light[..., None]
-        before, _ = self._fitted(light, [])
-        after, numbers = self._fitted(light, [np.cos(self.phase), np.sin(self.phase)])
-        amplitude = numbers[..., 3, 0] - 1j * numbers[..., 4, 0]
+        before, _ = self._least_squares(light, [])
+        after, coefficients = self._least_squares(light, [np.cos(self.phase), np.sin(self.phase)])
+        amplitude = coefficients[..., 3, 0] - 1j * coefficients[..., 4, 0]
         return before[..., 0], np.maximum(before - after, 0.0)[..., 0], amplitude
 
     @property
     def share(self) -> float:
         """Share of the variance left by planes that cosines of the rings' phase take."""
-        before, taken, _ = self.waves
-        return float(taken.sum() / max(float(before.sum()), 1e-300))
+        before, by_cosines, _ = self.waves
+        return float(by_cosines.sum() / max(float(before.sum()), 1e-300))
 
     @property
     def noise(self) -> float:
         """Share of white noise in the variance that planes leave."""
         pixels = np.maximum(self.used.sum(axis=2, dtype=float) - 3, 0.0).sum()
-        left = float(self.waves[0].sum())
-        return float(min(self.variance * pixels / left, 1.0)) if left > 0 else 0.0
+        unexplained = float(self.waves[0].sum())
+        return float(min(self.variance * pixels / unexplained, 1.0)) if unexplained > 0 else 0.0
 
     @property
     def coherence(self) -> float:
         """Mean cosine of the phase difference of neighbouring tiles, weighted by the share that their cosines take."""
-        before, taken, amplitude = self.waves
-        share = np.sqrt(taken / np.maximum(before, 1e-300))
+        before, by_cosines, amplitude = self.waves
+        share = np.sqrt(by_cosines / np.maximum(before, 1e-300))
         unit = share * amplitude / np.maximum(np.abs(amplitude), 1e-300)
         cosine = weight = 0.0
         for axis in (0, 1):
-            one, other = (np.moveaxis(unit, axis, 0)[part] for part in (slice(1, None), slice(None, -1)))
-            cosine += float(np.real(one * np.conj(other)).sum())
-            weight += float((np.abs(one) * np.abs(other)).sum())
+            later, earlier = (np.moveaxis(unit, axis, 0)[part] for part in (slice(1, None), slice(None, -1)))
+            cosine += float(np.real(later * np.conj(earlier)).sum())
+            weight += float((np.abs(later) * np.abs(earlier)).sum())
         return cosine / max(weight, 1e-300)
 
     @property
     def harmonics(self) -> tuple[float, float]:
         """Second and third harmonic over the first, after the exponent of the light that makes the second least."""
-        _, taken, amplitude = self.waves
-        here = self.phase + np.angle(amplitude).astype(np.float32)[..., None]
+        _, by_cosines, amplitude = self.waves
+        phase = self.phase + np.angle(amplitude).astype(np.float32)[..., None]
         brightness = np.log(np.maximum(self.light / (self.light.max() or 1.0), 1e-6))[..., None]
         raised = np.exp(brightness * _EXPONENTS.astype(np.float32))
-        _, numbers = self._fitted(raised, [np.cos(k * here) for k in (1, 2, 3)])
-        first, second, third = ((taken[..., None] * numbers[..., k, :]).sum(axis=(0, 1)) for k in (3, 4, 5))
+        _, coefficients = self._least_squares(raised, [np.cos(k * phase) for k in (1, 2, 3)])
+        first, second, third = ((by_cosines[..., None] * coefficients[..., k, :]).sum(axis=(0, 1)) for k in (3, 4, 5))
         if not np.all(first > 0):  # no fringes, whose harmonics could be told
             return 0.0, 0.0
         second, third = second / first, third / first
         least = int(np.argmin(np.abs(second)))
         return float(second[least]), float(third[least])
 
-    def _fitted(self, light: np.ndarray, waves: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    def _least_squares(self, light: np.ndarray, waves: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Sums of squares that planes and waves leave of images [rows, columns, pixels, k] per tile, and their numbers.
 
         Images are taken about their tile's mean: it would drown the fringes in single precision.
@@ -229,9 +229,9 @@ class Tiles:
         weighed = np.swapaxes(design * used, 2, 3)
         normal = (weighed @ design).astype(float) + 1e-6 * count * np.eye(design.shape[3])
         right = (weighed @ light).astype(float)
-        numbers = np.linalg.solve(normal, right)
+        coefficients = np.linalg.solve(normal, right)
         square = (used * light**2).sum(axis=2, dtype=float)
-        return np.maximum(square - (numbers * right).sum(axis=2), 0.0), numbers
+        return np.maximum(square - (coefficients * right).sum(axis=2), 0.0), coefficients
 
 
 def _cut(table: np.ndarray, size: int) -> np.ndarray:

@@ -7,6 +7,7 @@ amplitude and phase, are solved for at each step (variable projection: Golub and
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
@@ -37,21 +38,29 @@ def with_background(photograph: Photograph, rings: Rings) -> Rings:
     """The rings next to some of few fringes, fitted together with a background; those given where none are nearer."""
     longest = max(part.stop - part.start for part in box_of(photograph))
     view = view_of(photograph, max(1, -(-longest // _ACROSS)))
-    shown = view.shown(rings)
-    if shown.finest(view.means.shape) > _RESOLVED or view.mask.sum() < 10 * _DEGREE**2:
+    on_blocks = view.shown(rings)
+    if on_blocks.finest(view.means.shape) > _RESOLVED or view.mask.sum() < 10 * _DEGREE**2:
         return rings
     blocks = _Blocks(view.means, view.mask)
-    start = blocks.numbers(shown)
-    tried = [blocks.converged(start * np.array([factor, 1.0, 1.0])) for factor in _FACTORS]
-    square, numbers = min(tried, key=lambda pair: pair[0])
-    if not np.isfinite(square) or not 1 / _FURTHEST < abs(numbers[0]) / start[0] < _FURTHEST:
+    start = blocks.phase_of(on_blocks)
+    optima = [blocks.converged(start._replace(bend=factor * start.bend)) for factor in _FACTORS]
+    square, phase = min(optima, key=lambda pair: pair[0])
+    if not np.isfinite(square) or not 1 / _FURTHEST < abs(phase.bend) / start.bend < _FURTHEST:
         return rings
-    return view.placed(blocks.rings(numbers, rings.match))
+    return view.placed(blocks.rings(phase, rings.match))
+
+
+class _Phase(NamedTuple):
+    """Turns of phase but for a constant: bend ρ² + along_u u + along_v v, in the units of `_Blocks`."""
+
+    bend: float
+    along_u: float
+    along_v: float
 
 
 @dataclass(frozen=True)
 class _Blocks:
-    """Block means of a field; phases are k ρ² + a u + b v turns, u, v and ρ over half the longer side."""
+    """Block means of a field; u, v and ρ are from its middle, over half the longer side."""
 
     means: np.ndarray
     mask: np.ndarray
@@ -78,31 +87,33 @@ class _Blocks:
         u, v = (chebvander(self.places[:, k], _DEGREE) for k in (1, 2))
         return np.stack([v[:, j] * u[:, i] for j in range(_DEGREE + 1) for i in range(_DEGREE + 1 - j)], axis=1)
 
-    def numbers(self, rings: Rings) -> np.ndarray:
-        """k, a, b of rings on the blocks."""
-        k = rings.scale * self.half**2
-        return np.array([k, *(-2 * k * (np.array(rings.centre) - self.middle) / self.half)])
+    def phase_of(self, rings: Rings) -> _Phase:
+        """The phase of rings on the blocks."""
+        bend = rings.scale * self.half**2
+        along_u, along_v = -2 * bend * (np.array(rings.centre) - self.middle) / self.half
+        return _Phase(bend, float(along_u), float(along_v))
 
-    def rings(self, numbers: np.ndarray, match: float) -> Rings:
-        """The rings on the blocks that such numbers stand for, with a positive scale."""
-        basis = self._basis(numbers)
+    def rings(self, phase: _Phase, match: float) -> Rings:
+        """The rings on the blocks that have such a phase, with a positive scale."""
+        basis = self._basis(phase)
         cosine, sine = np.linalg.lstsq(basis, self.means[self.mask], rcond=1e-12)[0][-2:]
-        k = numbers[0]
-        u, v = -numbers[1:] / (2 * k)
+        k = phase.bend
+        u, v = -np.array([phase.along_u, phase.along_v]) / (2 * k)
         turns = -float(np.arctan2(sine, cosine)) / (2 * np.pi) - k * (u**2 + v**2)
         x, y = self.middle + self.half * np.array([u, v])
         sign = 1.0 if k > 0 else -1.0
-        scale, phase = abs(k) / self.half**2, (sign * turns + 0.5) % 1.0 - 0.5
-        return Rings(float(scale), (float(x), float(y)), float(phase), match)
+        scale, constant = abs(k) / self.half**2, (sign * turns + 0.5) % 1.0 - 0.5
+        return Rings(float(scale), (float(x), float(y)), float(constant), match)
 
-    def converged(self, numbers: np.ndarray) -> tuple[float, np.ndarray]:
-        """Sum of squares and numbers at the optimum next to a start (Levenberg and Marquardt)."""
-        damping = 1e-3
-        residual, slope = self._left(numbers)
+    def converged(self, start: _Phase) -> tuple[float, _Phase]:
+        """Sum of squares and phase at the optimum next to a start (Levenberg and Marquardt)."""
+        damping, phase = 1e-3, start
+        residual, slope = self._residual(phase)
         for _ in range(_STEPS):
             normal = slope.T @ slope
             step = np.linalg.lstsq(normal + damping * np.diag(np.diag(normal)), slope.T @ residual, rcond=1e-14)[0]
-            trial = self._left(numbers + step)
+            further = _Phase(*(np.array(phase) + step))
+            trial = self._residual(further)
             gain = residual @ residual - trial[0] @ trial[0]
             if gain <= 0:
                 damping *= 10.0
@@ -110,18 +121,18 @@ class _Blocks:
                     break
                 continue
             done = gain < _DONE * (residual @ residual)
-            numbers, (residual, slope), damping = numbers + step, trial, 0.3 * damping
+            phase, (residual, slope), damping = further, trial, 0.3 * damping
             if done:
                 break
-        return float(residual @ residual), numbers
+        return float(residual @ residual), phase
 
-    def _basis(self, numbers: np.ndarray) -> np.ndarray:
-        phase = 2 * np.pi * (self.places @ numbers)
-        return np.concatenate([self.background, np.stack([np.cos(phase), np.sin(phase)], axis=1)], axis=1)
+    def _basis(self, phase: _Phase) -> np.ndarray:
+        angle = 2 * np.pi * (self.places @ np.array(phase))
+        return np.concatenate([self.background, np.stack([np.cos(angle), np.sin(angle)], axis=1)], axis=1)
 
-    def _left(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _residual(self, phase: _Phase) -> tuple[np.ndarray, np.ndarray]:
         """The residual, and the model's derivatives with what the linear coefficients take of them projected out."""
-        basis = self._basis(numbers)
+        basis = self._basis(phase)
         directions, triangle = np.linalg.qr(basis)
         along = directions.T @ self.means[self.mask]
         cosine, sine = np.linalg.lstsq(triangle, along, rcond=1e-12)[0][-2:]

@@ -64,7 +64,7 @@ def search(fringes: np.ndarray, count: int = 4) -> list[Rings]:
     candidates.sort(key=lambda rings: -rings.match)
     distinct: list[Rings] = []
     for rings in candidates:
-        if all(abs(np.log(rings.scale / other.scale)) > 0.15 for other in distinct):
+        if all(abs(np.log(rings.scale / accepted.scale)) > 0.15 for accepted in distinct):
             distinct.append(rings)
         if len(distinct) == count:
             break
@@ -126,9 +126,9 @@ def _refine(fringes: np.ndarray, rings: Rings) -> Rings:
     chirped = grid.astype(np.complex64) * chirp_y[:, :, None] * chirp_x[:, None, :]
     power = np.abs(np.asarray(fft.fft2(chirped, (size, size)))).reshape(len(bends), -1)
     peaks = []
-    for one in power:
-        row, column = np.unravel_index(int(np.argmax(one)), (size, size))
-        peaks.append((float(one.max()), frequency[column] / (x[1] - x[0]), frequency[row] / (y[1] - y[0])))
+    for spectrum in power:
+        row, column = np.unravel_index(int(np.argmax(spectrum)), (size, size))
+        peaks.append((float(spectrum.max()), frequency[column] / (x[1] - x[0]), frequency[row] / (y[1] - y[0])))
     highest = int(np.argmax([peak[0] for peak in peaks]))
     _, *slope = peaks[highest]
     bend = float(bends[highest] + (bends[1] - bends[0]) * _vertex([peak[0] for peak in peaks], highest))

@@ -46,10 +46,10 @@ def settled(photograph: Photograph, rings: Rings) -> Rings:
 
 def _by_matching(photograph: Photograph, view: View) -> Rings:
     """The best match of all that coarse images, tiles of them and tiles of the photograph propose."""
-    best = _found(view)
+    best = _best_of_view(view)
     if not view.resolves(best) and best.match > _ENOUGH:
         return follow(photograph, best)
-    if best.match > _ENOUGH or view.factor == 1 or not _hides(photograph, view.factor):
+    if best.match > _ENOUGH or view.factor == 1 or not _blocks_hide_fringes(photograph, view.factor):
         return best
     rows, columns = box_of(photograph)
     fine = from_tiles(*_fine_tiles(photograph))
@@ -59,7 +59,7 @@ def _by_matching(photograph: Photograph, view: View) -> Rings:
     return max(best, follow(photograph, fine), key=lambda rings: rings.match)
 
 
-def _found(view: View) -> Rings:
+def _best_of_view(view: View) -> Rings:
     """The best rings of a view, on the photograph."""
     best = settle(view.fringes, _from_coarsest(view.fringes))
     if best.match > _GOOD:
@@ -96,15 +96,15 @@ def _fine_tiles(photograph: Photograph) -> tuple[Callable[[int, int, int], np.nd
     return tile_of, (rows.stop - rows.start, columns.stop - columns.start)
 
 
-def _hides(photograph: Photograph, factor: int) -> bool:
+def _blocks_hide_fringes(photograph: Photograph, factor: int) -> bool:
     """Whether block means lose more than half of the variance that they show, beyond white noise, in some tiles."""
     tile_of, shape = _fine_tiles(photograph)
     size = 32 // factor * factor
-    lost = shown = 0.0
+    hidden = visible = 0.0
     for y, x in product(*(np.linspace(0, n - size, _SAMPLED).astype(int).tolist() for n in shape)):
         tile = tile_of(y, x, size)
         means = block_means(tile, factor)
         noise = noise_variance(tile, tile != 0) * (1 - 1 / factor**2)
-        lost += max(float(np.var(tile) - np.var(means)) - noise, 0.0)
-        shown += float(np.var(means))
-    return lost > 0.5 * shown
+        hidden += max(float(np.var(tile) - np.var(means)) - noise, 0.0)
+        visible += float(np.var(means))
+    return hidden > 0.5 * visible

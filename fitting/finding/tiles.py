@@ -26,19 +26,19 @@ def from_tiles(tile_of: Callable[[int, int, int], np.ndarray], shape: tuple[int,
     apart = places[second] - places[first]
     length2 = (apart**2).sum(axis=1)
     slopes = np.concatenate([((s * waves[second] - waves[first]) * apart).sum(axis=1) / length2 for s in (1.0, -1.0)])
-    one = np.concatenate([first, first])
+    tile = np.concatenate([first, first])
     curved = np.abs(slopes) > 0.2 / (np.hypot(*shape) / 2) ** 2
-    slopes, one = slopes[curved], one[curved]
+    slopes, tile = slopes[curved], tile[curved]
     if len(slopes) == 0:
         return None
-    zeros = waves[one] - slopes[:, None] * places[one]
+    zeros = waves[tile] - slopes[:, None] * places[tile]
     signs, agreeing = _most_agreed(slopes, zeros, places, waves, 1.5 / size)
     if agreeing.sum() < 3:
         return None
     signed = signs[:, None] * waves
     middle, mean = places[agreeing].mean(axis=0), signed[agreeing].mean(axis=0)
-    away = places[agreeing] - middle
-    slope = float((away * (signed[agreeing] - mean)).sum() / (away**2).sum())
+    from_middle = places[agreeing] - middle
+    slope = float((from_middle * (signed[agreeing] - mean)).sum() / (from_middle**2).sum())
     if slope == 0:
         return None
     x, y = (float(value) for value in middle - mean / slope)
@@ -55,9 +55,9 @@ def _waves(tile_of, shape: tuple[int, int], size: int) -> tuple[np.ndarray, np.n
     down, across = fft.fftfreq(2 * size), fft.rfftfreq(2 * size)
     power[:, np.hypot(down[:, None], across[None]) < 1.5 / size] = 0.0
     power = power.reshape(len(tiles), -1)
-    at, full = power.argmax(axis=1), power.max(axis=1) > 0
+    at, is_used = power.argmax(axis=1), power.max(axis=1) > 0
     waves = np.stack([across[at % len(across)], down[at // len(across)]], axis=1)
-    return (np.array(corners) + (size - 1) / 2)[full], waves[full]
+    return (np.array(corners) + (size - 1) / 2)[is_used], waves[is_used]
 
 
 def _most_agreed(slopes, zeros, places, waves, near: float) -> tuple[np.ndarray, np.ndarray]:
@@ -65,10 +65,10 @@ def _most_agreed(slopes, zeros, places, waves, near: float) -> tuple[np.ndarray,
     best, most = (np.ones(len(places)), np.zeros(len(places), bool)), -1
     for k in range(0, len(slopes), _TOGETHER):
         slope, zero = slopes[k : k + _TOGETHER, None], zeros[k : k + _TOGETHER]
-        wanted = [slope * places[:, axis] + zero[:, axis : axis + 1] for axis in (0, 1)]
-        sign = np.where(wanted[0] * waves[:, 0] + wanted[1] * waves[:, 1] < 0, -1.0, 1.0)
-        agree = np.abs(sign * waves[:, 0] - wanted[0]) < near
-        agree &= np.abs(sign * waves[:, 1] - wanted[1]) < near
+        predicted = [slope * places[:, axis] + zero[:, axis : axis + 1] for axis in (0, 1)]
+        sign = np.where(predicted[0] * waves[:, 0] + predicted[1] * waves[:, 1] < 0, -1.0, 1.0)
+        agree = np.abs(sign * waves[:, 0] - predicted[0]) < near
+        agree &= np.abs(sign * waves[:, 1] - predicted[1]) < near
         counts = agree.sum(axis=1)
         at = int(np.argmax(counts))
         if counts[at] > most:

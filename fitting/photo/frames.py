@@ -81,7 +81,7 @@ def _pages(path: Path) -> Iterator[np.ndarray | ValueError]:
                 planes = getattr(page, "samplesperpixel", 1) > 1 and getattr(page, "planarconfig", 1) == 2
                 yield np.moveaxis(codes, 0, -1) if planes else codes
             except Exception as error:  # the decoders raise whatever they like
-                yield ValueError(f"the page cannot be read ({_line(error)})")
+                yield ValueError(f"the page cannot be read ({_first_line(error)})")
 
 
 def _moving(path: Path, plugin: str, how: dict) -> Iterator[np.ndarray | ValueError]:
@@ -92,7 +92,7 @@ def _moving(path: Path, plugin: str, how: dict) -> Iterator[np.ndarray | ValueEr
     try:
         file = iio.imopen(path, "r", plugin=reader)
     except Exception as error:  # as above
-        raise ValueError(f"{path} cannot be read as frames ({_line(error)}); allowed: {_ALLOWED}") from error
+        raise ValueError(f"{path} cannot be read as frames ({_first_line(error)}); allowed: {_ALLOWED}") from error
     return _decoded(file, how)
 
 
@@ -105,9 +105,9 @@ def _decoded(file: Any, how: dict) -> Iterator[np.ndarray | ValueError]:
             except StopIteration:
                 return
             except Exception as error:  # as above; a decoder that stumbled does not find its way back
-                yield ValueError(f"the file cannot be read on from here ({_line(error)})")
+                yield ValueError(f"the file cannot be read on from here ({_first_line(error)})")
                 return
 
 
-def _line(error: Exception) -> str:
+def _first_line(error: Exception) -> str:
     return str(error).splitlines()[0][:120] if str(error) else type(error).__name__

@@ -98,8 +98,8 @@ def read(
     if share > 0.02:
         warnings.append(f"{share:.0%} of the pixels are saturated and were left out; expose less")
     sample = thin(usable)
-    known = codes.light_where(usable[sample], sample)
-    unit = float(np.percentile(known, 99.5)) if known.size else 0.0
+    light = codes.light_where(usable[sample], sample)
+    unit = float(np.percentile(light, 99.5)) if light.size else 0.0
     codes = Codes(plane, replace(codes.curve, unit=unit or 1.0))
     labels = _CHANNELS if count == 3 else ("grey",)
     return Photograph(codes, usable, lit, labels[channel], name, warnings)
@@ -120,13 +120,13 @@ def read_again(source: np.ndarray, like: Photograph) -> Photograph:
         kind = f"{raw.dtype} with {raw.shape[2]} channels"
         raise ValueError(f"the frame is {kind}, others {like.codes.codes.dtype} of which {like.channel} is used")
     plane = np.array(raw[:, :, channel], like.codes.codes.dtype, order="C")
-    whole = np.issubdtype(plane.dtype, np.integer)
+    is_integer = np.issubdtype(plane.dtype, np.integer)
     lit = like.lit & _opaque(picture)
-    if not whole:
+    if not is_integer:
         lit &= np.isfinite(plane)
     codes = Codes(plane, like.codes.curve)
     lit &= _not_wild(codes, lit)
-    top = like.codes.curve.top if whole else np.inf
+    top = like.codes.curve.top if is_integer else np.inf
     usable = lit & _below(plane, min(_SATURATED * top, _pile_up(plane)))
     return replace(like, codes=codes, lit=lit, mask=usable, warnings=[])
 
@@ -160,14 +160,14 @@ def _pile_up(code: np.ndarray) -> float:
     At an unclipped crest the last two codes hold pixels as sqrt(1) to sqrt(2) - sqrt(1).
     """
     code = code[thin(np.isfinite(code))]
-    known = code[np.isfinite(code)]
-    if known.size == 0:
+    finite = code[np.isfinite(code)]
+    if finite.size == 0:
         return np.inf
-    at = known == known.max()
-    below = known[~at]
+    at = finite == finite.max()
+    below = finite[~at]
     if at.mean() < 0.02 or below.size == 0:
         return np.inf
-    return float(known.max()) if at.sum() > 6 * (below == below.max()).sum() else np.inf
+    return float(finite.max()) if at.sum() > 6 * (below == below.max()).sum() else np.inf
 
 
 def _not_wild(codes: Codes, lit: np.ndarray) -> np.ndarray:

@@ -151,16 +151,16 @@ def _totals(image: np.ndarray, block: int) -> np.ndarray:
 
 
 def _cut(shape: tuple[int, int], block: int, light: np.ndarray, counts: np.ndarray) -> Reduced:
-    good = counts >= block**2 / 2
-    if not good.any():
+    is_used = counts >= block**2 / 2
+    if not is_used.any():
         raise ValueError("no block of pixels is used: the mask leaves nothing")
-    rows, columns = (np.flatnonzero(good.any(axis=1 - axis)) for axis in (0, 1))
+    rows, columns = (np.flatnonzero(is_used.any(axis=1 - axis)) for axis in (0, 1))
     box = tuple((int(at[0]), int(at[-1]) + 1) for at in (rows, columns))
     inside = tuple(slice(*ends) for ends in box)
-    good, counts, light = good[inside], counts[inside], light[inside]
+    is_used, counts, light = is_used[inside], counts[inside], light[inside]
     zero = light.dtype.type(0)
-    weights = np.where(good, counts / light.dtype.type(block**2), zero)
+    weights = np.where(is_used, counts / light.dtype.type(block**2), zero)
     mean = light / np.maximum(counts, 1)
     offset = float((mean * weights).sum(dtype=float) / weights.sum(dtype=float))
-    light = np.where(good, mean - light.dtype.type(offset), zero)
+    light = np.where(is_used, mean - light.dtype.type(offset), zero)
     return Reduced(Grid(shape, block, *box), light, weights, offset)

@@ -85,7 +85,7 @@ def block_means(image: np.ndarray, factor: int) -> np.ndarray:
 def noise_variance(image: np.ndarray, mask: np.ndarray) -> float:
     """Variance of a pixel's noise, from differences of four neighbours: whatever is smooth drops out."""
     four = image[1:, 1:] - image[1:, :-1] - image[:-1, 1:] + image[:-1, :-1]
-    whole = mask[1:, 1:] & mask[1:, :-1] & mask[:-1, 1:] & mask[:-1, :-1]
-    if whole.sum() < 16:
+    unmasked = mask[1:, 1:] & mask[1:, :-1] & mask[:-1, 1:] & mask[:-1, :-1]
+    if unmasked.sum() < 16:
         return 0.0
-    return float(1.4826 * median(np.abs(four[whole]))) ** 2 / 4
+    return float(1.4826 * median(np.abs(four[unmasked]))) ** 2 / 4

@@ -79,7 +79,7 @@ def rings(
     if line.slope <= 0:
         return answer("refused", "the radii do not grow with the order; count orders from the centre outwards")
     offset = line.intercept / line.slope - contact
-    slope_sd, offset_sd = _errors(line)
+    slope_sd, offset_sd = _line_sds(line)
     warnings += _line_warnings(line, offset, offset_sd)
     if slope_sd is None:
         warnings.append("two readings give a line but no standard deviation; read more rings, or state sd_mm")
@@ -164,7 +164,7 @@ def _line(order, radius, sd, contact: float, turns: float | None) -> tuple[Line 
     return ring_line(order, ordinate, deviation, contact), ordinate
 
 
-def _errors(line: Line) -> tuple[float | None, float | None]:
+def _line_sds(line: Line) -> tuple[float | None, float | None]:
     """Standard deviations of slope and offset; None where two readings leave them unknown."""
     if not np.isfinite(line.covariance).all():
         return None, None

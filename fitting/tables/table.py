@@ -48,13 +48,13 @@ def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] |
         cells[name] = table_cells[header]
     if "order" not in cells:
         raise ValueError(f"the table has no column 'order'; it has {', '.join(cells)}; name one with order=ITS-NAME")
-    size_names = _sizes(cells)
+    size_names = _size_columns(cells)
     # What the user names is what is meant.
-    size_names.sort(key=lambda name: not any(part in named for part in _parts(name)))
+    size_names.sort(key=lambda name: not any(part in named for part in _columns_of(name)))
     if (
         any(part in named for part in _NAMES[1:])
         and size_names
-        and not any(part in named for part in _parts(size_names[0]))
+        and not any(part in named for part in _columns_of(size_names[0]))
     ):
         lone = next(part for part in named if part != "order")
         raise ValueError(f"{lone} alone tells no ring's size; name its partner as well")
@@ -65,7 +65,7 @@ def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] |
         )
     name, *secondaries = size_names
     kind, unit = name.split("_")
-    numbers = {key: _numbers(cells[key], key, lines) for key in ("order", *_parts(name))}
+    numbers = {key: _numbers(cells[key], key, lines) for key in ("order", *_columns_of(name))}
     stated = [f"sd_{unit}", *(f"sd_{its_unit}" for its_unit in _METRES if (its_unit == "px") == (unit == "px"))]
     sd_name = next((sd for sd in stated if sd in cells), stated[0])
     if sd_name in cells:
@@ -126,12 +126,12 @@ def _columns(table) -> tuple[dict[str, list], list[int]]:
     return {name: [row[k] for row in body] for k, name in enumerate(names)}, [n for n, _ in rows[1:]]
 
 
-def _sizes(cells: Mapping[str, list]) -> list[str]:
+def _size_columns(cells: Mapping[str, list]) -> list[str]:
     names = [f"{kind}_{unit}" for kind in _KINDS for unit in _METRES]
-    return [name for name in names if all(part in cells for part in _parts(name))]
+    return [name for name in names if all(part in cells for part in _columns_of(name))]
 
 
-def _parts(name: str) -> tuple[str, ...]:
+def _columns_of(name: str) -> tuple[str, ...]:
     kind, unit = name.split("_")
     return (name, f"right_{unit}") if kind == "left" else (name,)
 
@@ -150,7 +150,7 @@ def _numbers(column: list, name: str, lines: list[int]) -> np.ndarray:
 
 
 def _radius(numbers: Mapping[str, np.ndarray], name: str) -> np.ndarray:
-    parts = [numbers[part] for part in _parts(name)]
+    parts = [numbers[part] for part in _columns_of(name)]
     size = np.abs(parts[0] - parts[1]) if len(parts) == 2 else parts[0]
     return size * _KINDS[name.split("_")[0]]
 
@@ -158,7 +158,7 @@ def _radius(numbers: Mapping[str, np.ndarray], name: str) -> np.ndarray:
 def _disagreement(cells, lines, name: str, secondary: str, complete: np.ndarray) -> list[str]:
     """That two columns tell different sizes, in the same unit or by a factor that is not the same for all rows."""
     mine, theirs = (
-        _radius({part: _numbers(cells[part], part, lines) for part in _parts(column)}, column)[complete]
+        _radius({part: _numbers(cells[part], part, lines) for part in _columns_of(column)}, column)[complete]
         for column in (name, secondary)
     )
     with np.errstate(divide="ignore", invalid="ignore"):
