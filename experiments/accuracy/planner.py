@@ -17,7 +17,6 @@ import newtonjax as nj
 from experiments import records
 from experiments.accuracy import accuracy
 from newtonjax.fields import closed_fields, intensity
-from newtonjax.scene import why_not_closed
 
 TOLERANCE = 1e-3
 PIXELS, FAST, LADDER, TURNS = 96, 512, (3, 4, 5, 7, 9, 13, 17, 25), 7
@@ -51,7 +50,7 @@ def with_and_without(scene, camera) -> dict[str, float]:
     if float(camera.pixel_size) > 0:
         mean = nj.render(scene, small).reshape(PIXELS, fine, PIXELS, fine).mean(axis=(1, 3))
         found["mean over each pixel"] = worst(image, mean)
-    if not why_not_closed(scene):
+    if nj.ClosedForm().refusal(scene) is None:
         x, y = (jnp.asarray(axis) for axis in np.meshgrid(*(np.asarray(a) for a in camera.axes())))
         formula = intensity(closed_fields(scene, x, y))
         found["rays"] = worst(image, formula)
@@ -71,7 +70,7 @@ def keeps(scene, camera, method, truth) -> bool:
 def race(scene, camera, chosen) -> float:
     """The plan's time over that of the fastest method whose real error keeps the tolerance."""
     truth = nj.render(scene, camera, nj.Traced())
-    methods = [nj.Chebyshev(n) for n in LADDER] + ([] if why_not_closed(scene) else [nj.ClosedForm()])
+    methods = [nj.Chebyshev(n) for n in LADDER] + ([] if nj.ClosedForm().refusal(scene) else [nj.ClosedForm()])
     good = [m for m in methods if m != chosen.method and keeps(scene, camera, m, truth)]
     large = replace(camera, shape=(FAST, FAST), pixel_size=float(camera.pixel_size) * PIXELS / FAST)
     runs = {m: (lambda m=m: nj.render(scene, large, m)) for m in good}

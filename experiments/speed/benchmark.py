@@ -114,10 +114,9 @@ def contenders(size: int, nodes: dict[str, int]):
 def coefficients(size: int, counts) -> dict:
     """Coefficients of the fields of the transmitted image, by numbers of nodes."""
     import newtonjax as nj
-    from newtonjax.verbs.rendering import at_nodes
 
     scene, camera = nj.newton_rings(RADIUS, WAVELENGTH), nj.Camera((size, size), PIXEL)
-    return {count: at_nodes(scene, camera, nj.Chebyshev(count))[0] for count in counts}
+    return {count: nj.Chebyshev(count).picture(scene, camera).coefficients for count in counts}
 
 
 def take_turns(functions: dict, rounds: int) -> dict[str, dict[str, float]]:

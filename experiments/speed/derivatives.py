@@ -16,7 +16,6 @@ import newtonjax as nj
 from experiments import records
 from newtonjax.fields import synthesize
 from newtonjax.verbs import from_coefficients
-from newtonjax.verbs.rendering import at_nodes
 
 LIMITS = {"gradient": 5.0, "normal equations": 8.0, "normal equations with weights": 10.5}
 PARAMETERS = 12
@@ -28,7 +27,7 @@ def bench() -> nj.Scene:
 
 def ratios(nodes: int, camera: nj.Camera, rounds: int) -> dict[str, float]:
     """Median CPU and wall time of each over the image's."""
-    at = jnp.asarray(at_nodes(bench(), camera, nj.Chebyshev(nodes))[0])
+    at = jnp.asarray(nj.Chebyshev(nodes).picture(bench(), camera).coefficients)
     rng = np.random.default_rng(0)
     decay = np.exp(-np.add.outer(np.arange(nodes), np.arange(nodes)))
     moves = jnp.asarray(1e-3 * rng.normal(size=(PARAMETERS, *at.shape)) * decay)

@@ -33,7 +33,6 @@ from experiments.speed import pareto_peers
 from experiments.speed.pareto_picture import draw
 from newtonjax.fields import error_from_nodes, fields_at, intensity
 from newtonjax.numerics import chebyshev
-from newtonjax.scene import why_not_closed
 
 WAVELENGTH, TOLERANCES, ROUNDS = 500e-9, (1e-2, 1e-4, 1e-6), (0, 1, 3)
 NODES = (3, 5, 7, 9, 13, 17, 25)
@@ -118,7 +117,7 @@ def ours(scene: nj.Scene, camera: nj.Camera, nodes) -> dict:
     found = {f"Chebyshev({n})": (nj.Chebyshev(n), scene, []) for n in nodes}
     if len(nodes) > 1:
         found["Chebyshev(17), float32"] = nj.Chebyshev(17, "float32"), scene, []
-    if not why_not_closed(scene):
+    if nj.ClosedForm().refusal(scene) is None:
         found["ClosedForm"] = nj.ClosedForm(), scene, []
     for tolerance in TOLERANCES:
         chosen = nj.plan(scene, camera, tolerance)

@@ -13,12 +13,13 @@ from fitting.report import output, png, tiff
 from fitting.shell import session
 from fitting.shell.lamps import Wavelength
 from fitting.shell.progress import progress
-from newtonjax.methods import AbstractMethod, Splatted, why_unpaired
+from newtonjax.methods import AbstractMethod, Splatted, unreached, why_unpaired
 from newtonjax.numerics import image_memory
-from newtonjax.planning import folds
 
 _ANY = ("gap", "wavelength", "screen", "beams", "polarization", "shield", "collecting_lens")
 _BENCHES = {"transmitted": ("radius", *_ANY), "reflected": ("radius", *_ANY), "wedge": ("angle", *_ANY)}
+# The methods by their names here.
+_METHODS = {"closed-form": nj.ClosedForm, "chebyshev": nj.Chebyshev, "traced": nj.Traced, "splat": nj.Splat}
 _TOLERANCE = 1e-3
 _TIFF = (".tif", ".tiff")
 _BYTES = 12  # of memory a pixel of an image that is not written block by block
@@ -146,25 +147,19 @@ def _choose(scene: nj.Scene, camera: nj.Camera, how: How) -> Chosen:
 
 
 def _asked_for(scene: nj.Scene, camera: nj.Camera, name: str, how: How) -> Chosen:
-    asked = "as asked for"
+    options = {"nodes": how.nodes, "epsilon": how.epsilon}
+    method = _METHODS[name](**{option: value for option, value in options.items() if value is not None})
+    method.check(scene)
+    reason = "as asked for"
     if name == "splat":
-        method = nj.Splat(epsilon=how.epsilon)
-        found = nj.splat(scene, camera, method)
-        return Chosen(scene, method, found.error, np.nan, asked, found)
-    if name == "chebyshev":
-        method = nj.Chebyshev() if how.nodes is None else nj.Chebyshev(how.nodes)
-        phase, intensity = jax.jit(method.error)(scene, camera)
-        return Chosen(scene, method, float(phase), float(intensity), asked)
-    if name == "closed-form":
-        nj.ClosedForm().check(scene)
-        plan = nj.plan(scene, camera, 1e9)  # any error will do: it picks the closed form and says how wrong it is
-        if not isinstance(plan.method, nj.ClosedForm):
-            raise ValueError(f"--method closed-form: {plan.reason}, which the closed form does not know; use traced")
-        return Chosen(scene, nj.ClosedForm(), plan.phase_error, plan.intensity_error, asked)
-    if folds(scene, camera):
-        return Chosen(scene, nj.Traced(), np.inf, np.inf, f"{asked}; of several rays of a beam one is followed")
-    rounding = float(np.max(jax.jit(nj.Chebyshev(5).fields)(scene, camera).rounding))
-    return Chosen(scene, nj.Traced(), rounding, 2 * np.pi * rounding, asked)
+        splatted = nj.splat(scene, camera, method)
+        return Chosen(scene, method, splatted.error, np.nan, reason, splatted)
+    phase, intensity = map(float, method.error(scene, camera))
+    if np.isinf(phase) and method.needs_every_beam:
+        raise unreached(method)
+    if np.isinf(phase):
+        reason = f"{reason}; of several rays of a beam one is followed"
+    return Chosen(scene, method, phase, intensity, reason)
 
 
 def _parts(chosen: Chosen, camera: nj.Camera, whole: bool) -> Iterable[tuple[int, np.ndarray]]:
@@ -209,13 +204,10 @@ def _develop(
 
 def _say(request: Request, camera: nj.Camera, chosen: Chosen, white: float, noise: str) -> None:
     rows, columns = camera.shape
-    method = type(chosen.method).__name__
-    count = getattr(chosen.method, "nodes", None)
-    nodes = f", {count} x {count} nodes" if count else ""
     coding = "linear" if request.bits == 16 else "sRGB"
     print(f"image: {request.output}, {rows} x {columns} pixels of {float(camera.pixel_size) * 1e6:g} um")
     print(f"values: {request.bits} bits, {coding}, white is {white:.6g} of the incident irradiance")
-    print(f"method: {method}{nodes} ({chosen.reason})")
+    print(f"method: {chosen.method.describe()} ({chosen.reason})")
     if chosen.splatted:
         _say_pairs(chosen.splatted, len(chosen.scene.beams))
     else:

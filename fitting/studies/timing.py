@@ -13,7 +13,7 @@ import newtonjax as nj
 from fitting.parameters import change, curved_surface
 from newtonjax.fields import closed_fields, intensity, packed, polar
 from newtonjax.numerics import chebyshev, x64
-from newtonjax.scene import gap_of, has_tilted_sphere, node_points, why_not_closed
+from newtonjax.scene import gap_of, has_tilted_sphere, node_points
 
 # Tolerances that are planned for, and the fixed grid that a user's own transformation gets.
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
@@ -92,9 +92,10 @@ class _Race:
 
     def formula(self) -> Way:
         """2 n t at normal incidence, also where `render` would refuse it."""
-        reason = why_not_closed(self.scene)
-        if gap_of(self.scene) is None or has_tilted_sphere(self.scene):
-            return Way("ClosedForm", None, None, None, None, None, None, note=f"there is none: {reason}")
+        refusal = nj.ClosedForm().refusal(self.scene)
+        if refusal and (gap_of(self.scene) is None or has_tilted_sphere(self.scene)):
+            note = f"there is none: {refusal.part}: {refusal.demand}"
+            return Way("ClosedForm", None, None, None, None, None, None, note=note)
         with x64():
             x, y = self.camera.axes()
             program = _formula.lower(self.scene, x[None, :], y[:, None]).compile()
@@ -106,7 +107,7 @@ class _Race:
         def phase(scene):
             return closed_fields(scene, *self.points.T).phase[0]
 
-        note = f"ignores {reason.split(':')[0]}" if reason else ""
+        note = f"ignores {refusal.part}" if refusal else ""
         away, bias = self._away(phase(self.scene)), self._bias(phase, self.scene)
         return Way("ClosedForm", seconds, size, away, wrong, None, bias, note=note)
 

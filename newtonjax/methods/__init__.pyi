@@ -1,10 +1,14 @@
 """Ways to an image, each with what it honours and what it errs by."""
 
+from newtonjax.methods.base import PASS_PIXELS as PASS_PIXELS
 from newtonjax.methods.base import AbstractMethod as AbstractMethod
+from newtonjax.methods.base import is_single as is_single
 from newtonjax.methods.base import require_method as require_method
+from newtonjax.methods.base import require_two_beams as require_two_beams
 from newtonjax.methods.base import unreached as unreached
 from newtonjax.methods.closed_form import ClosedForm as ClosedForm
 from newtonjax.methods.nodes import Chebyshev as Chebyshev
+from newtonjax.methods.pictures import AbstractPicture as AbstractPicture
 from newtonjax.methods.splatting import Splat as Splat
 from newtonjax.methods.splatting import Splatted as Splatted
 from newtonjax.methods.splatting import splat as splat

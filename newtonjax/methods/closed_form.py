@@ -1,14 +1,35 @@
 """The closed form of the gap at every pixel."""
 
+from math import isqrt
+from typing import ClassVar
+
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
-from newtonjax.fields import closed_fields
-from newtonjax.methods.base import AbstractMethod
+from newtonjax.fields import ErrorEstimate, Fields, closed_fields, node_arrivals, node_fields, pack, polar
+from newtonjax.methods.base import CALL, AbstractMethod, CannotHonourError, pass_share
 from newtonjax.methods.closed_form_float32 import closed_turns
-from newtonjax.numerics import cos_turns
-from newtonjax.scene import Camera, Gap, Scene, gap_between, gap_opd, sag, shallow_sag, why_not_closed
+from newtonjax.numerics import cos_turns, is_concrete, require_concrete
+from newtonjax.scene import (
+    Camera,
+    Gap,
+    Scene,
+    focus_height,
+    gap_between,
+    gap_of,
+    gap_opd,
+    is_known_nonzero,
+    node_points,
+    sag,
+    shallow_sag,
+)
+
+# Passes of a cosine that a pixel costs.
+_PIXEL = 1.6
+# Nodes to a side at which the formula is compared with rays.
+_NODES = 17
 
 
 class ClosedForm(AbstractMethod):
@@ -19,10 +40,25 @@ class ClosedForm(AbstractMethod):
     phase is computed in numbers of twice the bits.
     """
 
+    needs_float64: ClassVar[bool] = False
+    traces_rays: ClassVar[bool] = False
+    float32_error: ClassVar[float] = 2e-6
+
+    @property
+    def generality(self) -> tuple[int, int]:
+        return 0, 0
+
     def check(self, scene: Scene) -> None:
-        reason = why_not_closed(scene)
-        if reason:
-            raise ValueError(f"ClosedForm cannot honour {reason}; use Chebyshev() or Traced()")
+        """Raise CannotHonourError where 2 n t is not the path difference. Traced values pass."""
+        if refused := _refused(scene):
+            raise CannotHonourError("ClosedForm", *refused, "Chebyshev() or Traced()")
+
+    def passes(self, scene: Scene, camera: Camera) -> float:
+        del scene
+        return CALL + _PIXEL * pass_share(camera)
+
+    def bytes_per_pixel(self) -> int:
+        return 30
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
         x, y = camera.axes()
@@ -37,6 +73,29 @@ class ClosedForm(AbstractMethod):
         x, y = camera.axes()
         return jnp.broadcast_to(gap_opd(scene, x[None, :], y[:, None]), camera.shape)
 
+    def error(self, scene: Scene, camera: Camera) -> ErrorEstimate:
+        """`error_against` rays at 17 x 17 nodes; infinite where a beam misses one of them.
+
+        Raises CannotHonourError as `check`, and ValueError for traced values.
+        """
+        require_concrete("ClosedForm().error", scene, camera)
+        self.check(scene)
+        bench = pack(scene)
+        fields = node_fields(bench, node_arrivals(bench, camera, _NODES))
+        return self.error_against(fields, scene, camera) if fields.arrives.all() else ErrorEstimate(np.inf, np.inf)
+
+    def error_against(self, fields: Fields, scene: Scene, camera: Camera) -> ErrorEstimate:
+        """The error at a square grid of nodes, where the fields of rays are known; half as much again between them."""
+        points = node_points(camera, isqrt(fields.phase.shape[-1]))
+        formula = closed_fields(scene, points[:, 0], points[:, 1])
+        (size, phase), (true_size, true_phase) = polar(formula), polar(fields)
+        turns = abs(phase - true_phase)
+        turns = abs(turns - np.round(turns)) + fields.rounding
+        error = abs(formula.background - fields.background) + abs(abs(size) - abs(true_size))[0]
+        error = error + 2 * np.pi * (turns * abs(true_size))[0]
+        peak = fields.background.max() + abs(true_size).max()
+        return ErrorEstimate(1.5 * float(turns.max()), 1.5 * float(error.max() / peak))
+
 
 @jax.jit
 def _equal_thickness(gap: Gap, wavelength, background, envelope, x, y) -> Float[Array, "rows columns"]:
@@ -47,3 +106,28 @@ def _equal_thickness(gap: Gap, wavelength, background, envelope, x, y) -> Float[
         return background + envelope * cos_turns(gap.opd(x, y, profile) * (1 / wavelength))
 
     return jax.lax.cond(gap.is_shallow(x, y), lambda: image(shallow_sag), lambda: image(sag))
+
+
+def _refused(scene: Scene) -> tuple[str, str] | None:
+    """The part of a scene for which 2 n t is not the path difference, and what the formula takes; None for none."""
+    upper = gap_of(scene)
+    if upper is None:
+        beams = f"beams {', '.join(map(repr, scene.beams))}"
+        return beams, "it takes two that differ by one round trip in one gap"
+    for part in ("shield", "collecting_lens"):
+        if getattr(scene, part) is not None:
+            return part, "it takes a bare screen"
+    if is_known_nonzero(scene.light.tilt):
+        return "light.tilt", "it takes light along -z"
+    for k, surface in enumerate(scene.surfaces):
+        curved = not is_concrete(surface.curvature) or is_known_nonzero(surface.curvature)
+        if curved and is_known_nonzero(surface.tilt):
+            return f"surfaces[{k}].tilt", "it takes upright spheres"
+    if is_known_nonzero(scene.screen.tilt):
+        return "screen.tilt", "it takes an upright screen"
+    if is_concrete(scene):
+        z, focus = scene.screen.vertex[2], focus_height(scene, upper)
+        if np.any(np.abs(z - focus) > 1e-9 + 1e-9 * np.abs(focus)):
+            where = f"z = {float(focus):.6g} m, screen='gap'"
+            return f"screen at z = {float(z):.6g} m", f"it takes one focused on the gap ({where})"
+    return None

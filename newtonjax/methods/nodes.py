@@ -1,6 +1,7 @@
 """Rays at Chebyshev nodes, and smooth fields between them."""
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, ClassVar
 
 import equinox as eqx
 from jaxtyping import Array, Bool, Float
@@ -18,9 +19,22 @@ from newtonjax.fields import (
     synthesize,
     synthesize_single,
 )
-from newtonjax.methods.base import AbstractMethod, require_two_beams
+from newtonjax.methods.base import (
+    CALL,
+    INTERACTION,
+    AbstractMethod,
+    interactions,
+    is_single,
+    pass_share,
+    require_two_beams,
+    unreached,
+)
+from newtonjax.methods.pictures import OnNodes
 from newtonjax.numerics import chebyshev, is_concrete
 from newtonjax.scene import Camera, Scene, corners, node_points
+
+# Passes of a cosine: what a pixel costs for each degree of a field, and what else it costs.
+_DEGREE, _PIXEL = 0.059, 0.27
 
 
 class Chebyshev(AbstractMethod):
@@ -34,6 +48,8 @@ class Chebyshev(AbstractMethod):
       Derivatives are computed in float64.
     """
 
+    float32_error: ClassVar[float] = 1e-5
+
     nodes: int = eqx.field(static=True, default=17)
     dtype: str | None = eqx.field(static=True, default=None)
 
@@ -45,6 +61,27 @@ class Chebyshev(AbstractMethod):
 
     def check(self, scene: Scene) -> None:
         """Every part of a scene is honoured; `render` refuses where a beam does not reach the whole image."""
+
+    @property
+    def generality(self) -> tuple[int, int]:
+        return 1, self.nodes
+
+    def for_scenes(self, planned: Sequence[AbstractMethod]) -> "Chebyshev":
+        """How many nodes a scene takes that another method would do for is not known: not fewer than the default."""
+        of_nodes = all(type(method) is Chebyshev for method in planned)
+        return Chebyshev(self.nodes if of_nodes else max(self.nodes, Chebyshev().nodes))
+
+    def passes(self, scene: Scene, camera: Camera) -> float:
+        pairs = len(scene.beams) * (len(scene.beams) - 1) // 2
+        pixel = _PIXEL + pairs - 1 + _DEGREE * (1 + 2 * pairs) * self.nodes
+        return CALL + pass_share(camera) * pixel + INTERACTION * interactions(scene) * self.nodes**2
+
+    def shared_bytes(self, shape: tuple[int, int]) -> int:
+        """Of the basis functions of all rows and columns."""
+        return 16 * self.nodes * sum(shape)
+
+    def describe(self) -> str:
+        return f"Chebyshev, {self.nodes} x {self.nodes} nodes"
 
     def fields(self, scene: Scene, camera: Camera) -> Fields:
         """The fields at the nodes (row by row). They arrive only if the frame's corners do, which no node is at.
@@ -64,17 +101,32 @@ class Chebyshev(AbstractMethod):
         return smooth(fields).coefficients
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
-        return self.image_and_reach(scene, camera)[0]
+        of_fields = synthesize_single if self.dtype == "float32" else synthesize
+        return of_fields(self.coefficients(self.fields(scene, camera)), camera.shape)
 
-    def image_and_reach(self, scene: Scene, camera: Camera) -> tuple[Float[Array, "rows columns"], Bool[Array, ""]]:
-        """The image, and whether every beam reaches every node: else it is not to be used."""
+    def picture(self, scene: Scene, camera: Camera) -> OnNodes:
         fields = self.fields(scene, camera)
-        made = synthesize_single if self.dtype == "float32" else synthesize
-        return made(self.coefficients(fields), camera.shape), fields.arrives.all()
+        if not fields.arrives.all():
+            raise unreached(self)
+        return self.picture_of(self.coefficients(fields), camera)
+
+    def picture_of(self, coefficients: Float[Any, "fields nodes nodes"], camera: Camera) -> OnNodes:
+        """The picture of fields whose coefficients are known already."""
+        # An array of a type that the user's setting does not have would warn at every further step.
+        setting = "float32" if is_single() else "float64"
+        dtype = self.dtype or setting
+        return OnNodes(coefficients, camera.shape, dtype, setting if is_single() else dtype)
 
     def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
         values, _ = self.paths(scene, camera)
         return chebyshev.expand(chebyshev.coefficients(values[None]), camera.shape)[0]
+
+    def opd_picture(self, scene: Scene, camera: Camera) -> OnNodes:
+        values, arrives = self.paths(scene, camera)
+        if not arrives.all():
+            raise unreached(self)
+        result = "float32" if is_single() else "float64"
+        return OnNodes(chebyshev.coefficients(values[None]), camera.shape, "float64", result)
 
     def paths(self, scene: Scene, camera: Camera) -> tuple[Float[Any, " n"], Bool[Any, " n"]]:
         """Path differences of the two beams at the nodes [m], and where both arrive; NumPy for known numbers."""

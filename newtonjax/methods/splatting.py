@@ -2,28 +2,25 @@
 
 import warnings
 from dataclasses import replace
-from functools import partial
 from typing import NamedTuple
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from newtonjax.fields import Packed, arrivals, pack, pairs
-from newtonjax.methods.base import AbstractMethod
-from newtonjax.methods.meeting import Rule, Source, add_block, no_sums, pair_opd
+from newtonjax.fields import ErrorEstimate, Packed, arrivals, pack, pairs
+from newtonjax.methods.base import AbstractMethod, CannotHonourError
+from newtonjax.methods.meeting import Rule, Source, add_block, no_sums
+from newtonjax.methods.meeting_error import largest_error
 from newtonjax.methods.traced import by_blocks
 from newtonjax.numerics import image_memory, require_concrete, require_x64, x64
-from newtonjax.rays import Arrival, Route, Setting, arrive, trace
+from newtonjax.rays import Arrival
 from newtonjax.scene import Camera, Scene
 
 # Points to a side at which the frame is aimed at, to find where on the source its light comes from; and where a rim
 # runs through it.
 _FRAME, _RIM = 9, 129
-# Newton's steps to the pair that meets at a point of the frame.
-_STEPS = 8
 # Pixels at a time that are aimed at, to know which are lit.
 _LIT = 16384
 # Of memory a pixel, measured.
@@ -114,13 +111,20 @@ class Splat(AbstractMethod):
     def check(self, scene: Scene) -> None:
         """A scene needs two beams; what the mean of pairs leaves out stands above."""
         if len(scene.beams) < 2:
-            raise ValueError("Splat cannot honour a scene of one beam: it shows pairs of rays; use Traced()")
+            raise CannotHonourError("Splat", "a scene of one beam", "it shows pairs of rays", "Traced()")
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
         found = splat(scene, camera, self)
         if found.unpaired.any():
             warnings.warn(why_unpaired(found), stacklevel=3)
         return jnp.asarray(found.image)
+
+    def require_parts(self, verb: str) -> None:
+        raise ValueError(f"Splat pairs rays over the whole image; give {verb} another method")
+
+    def error(self, scene: Scene, camera: Camera) -> ErrorEstimate:
+        """The phase error of its pairs, from the whole image; that of the intensity is not known."""
+        return ErrorEstimate(splat(scene, camera, self).error, np.nan)
 
     def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
         del scene, camera
@@ -145,7 +149,7 @@ def splat(scene: Scene, camera: Camera, method: Splat | None = None) -> Splatted
         beams = arrivals(bench, points)
         low, high = _reach(bench, beams, camera)
         step = float(camera.pixel_size) if method.step is None else method.step
-        error = _error(bench, camera, method.rule, points, np.asarray(beams.start))
+        error = largest_error(bench, camera, method.rule, points, np.asarray(beams.start))
         lit, before = None, np.inf
         while True:
             source = _grid(low, high, step)
@@ -219,49 +223,6 @@ def _lit(scene: Scene, camera: Camera) -> Bool[np.ndarray, "rows columns"]:
         return np.any(np.asarray(beams.arrives)[bench.pairs].all(axis=1), axis=0)
 
     return by_blocks(pack(scene), camera, _LIT, lit)
-
-
-def _error(bench: Packed, camera: Camera, rule: Rule, points, starts: Float[np.ndarray, "beams n 2"]) -> float:
-    """Largest phase error of pairs [turns]: see `Splatted`. `starts`: where to begin the search."""
-    sizes = np.array([rule.reach(camera), camera.pixel_size, bench.wavelength])
-    worst, looked = 0.0, False
-    for j, k in bench.pairs:
-        first, second = (jax.tree.map(lambda leaf, b=b: leaf[b], bench.routes) for b in (j, k))
-        error, met = map(np.asarray, _wrong(first, second, bench.setting, sizes, points, starts[j], path=rule.path))
-        worst, looked = np.maximum(worst, np.where(met, error, 0.0).max()), looked or bool(met.any())
-    return float(worst) if looked else np.inf
-
-
-@partial(jax.jit, static_argnames="path")
-def _wrong(first: Route, second: Route, setting: Setting, sizes, points, starts, path: str):
-    """Errors of the pairs of two beams that meet at points [turns], and whether they do: one program for all benches.
-
-    `sizes`: how far apart the rays of a pair may land, a pixel's size, the wavelength [m].
-    """
-    reach, pixel, wavelength = sizes
-
-    def wrong(point, start):
-        def rays(start):
-            one, two = (trace(route, setting, start)[0] for route in (first, second))
-            return (one.point + two.point) / 2, (one, two)
-
-        def nearer(start, _):
-            slope, _ = jax.jacfwd(rays, has_aux=True)(start)
-            return start + jnp.linalg.solve(slope, point - rays(start)[0]), None
-
-        start, _ = jax.lax.scan(nearer, start, None, length=_STEPS)
-        one, two = rays(start)[1]
-        opd, meeting, apart = pair_opd(path, setting, one, two)
-        exact_1, exact_2 = arrive(first, setting, meeting), arrive(second, setting, meeting)
-        error = jnp.abs(opd - exact_2.path + exact_1.path) / wavelength
-        # Pairs further apart than they may be do not count; nearer ones there err less, by the order of the error.
-        share = jnp.minimum(1.0, reach / jnp.where(apart > 0, apart, 1.0))
-        error = error * share ** (1 if path == "raw" else 2)
-        error = error + jnp.abs(exact_2.quarter_turns - exact_1.quarter_turns) / 4
-        met = one.alive & two.alive & (jnp.abs(meeting - point).max() < 1e-3 * pixel)
-        return jnp.where(exact_1.arrives & exact_2.arrives, error, jnp.inf), met
-
-    return jax.vmap(wrong)(points, starts)
 
 
 def spread(scene: Scene, camera: Camera, method: Splat, source: Source):

@@ -3,6 +3,5 @@
 from newtonjax.planning.cost import predicted_seconds as predicted_seconds
 from newtonjax.planning.planning import Plan as Plan
 from newtonjax.planning.planning import beam_amplitudes as beam_amplitudes
-from newtonjax.planning.planning import folds as folds
 from newtonjax.planning.planning import plan as plan
 from newtonjax.planning.planning import planned as planned

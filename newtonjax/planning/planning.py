@@ -2,34 +2,27 @@
 
 from dataclasses import dataclass, replace
 
-import jax
 import numpy as np
 from jaxtyping import Float
 
 from newtonjax.fields import (
-    ErrorEstimate,
     Fields,
     Packed,
-    closed_fields,
     error_of,
     node_arrivals,
     node_fields,
     pack,
     peak_amplitudes,
-    polar,
     smooth,
     with_beams,
 )
-from newtonjax.methods import AbstractMethod, Chebyshev, ClosedForm, Traced
+from newtonjax.methods import AbstractMethod, AbstractPicture, Chebyshev, ClosedForm, Traced, is_single
 from newtonjax.numerics import require_concrete, require_tolerance
-from newtonjax.planning.cost import passes
-from newtonjax.scene import Camera, Scene, node_points, require_bench, why_not_closed
+from newtonjax.scene import Camera, Scene, require_bench
 
 _LADDER = (3, 4, 5, 6, 7, 9, 11, 13, 17, 21, 25, 29, 33)
 # Nodes to a side of the probes; a grid is judged by one that has at least so many more.
 _COARSE, _FINE, _FINEST, _BEYOND = 17, 33, 41, 4
-# What pixels in float32 are away from those in float64 over the peak, by nodes and by the closed form.
-_SINGLE, _SINGLE_CLOSED = 1e-5, 2e-6
 
 
 @dataclass(frozen=True)
@@ -69,46 +62,48 @@ def plan(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Plan:
     return planned(scene, camera, tolerance)[0]
 
 
-def planned(
-    scene: Scene, camera: Camera, tolerance: float = 1e-3
-) -> tuple[Plan, Float[np.ndarray, "fields nodes nodes"] | None]:
-    """What `plan` returns; and where that is nodes, the coefficients of the fields, without a further ray.
+def planned(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> tuple[Plan, AbstractPicture]:
+    """What `plan` returns, and the picture of its method, ready for the pixels.
 
-    They are cut from those of the finer grid on which the plan was made, and so closer to the fields than those of
-    rays at the plan's own nodes, where higher degrees fold back.
+    One on nodes comes without a further ray: its coefficients are cut from those of the finer grid on which the plan
+    was made, and so closer to the fields than those of rays at the plan's own nodes, where higher degrees fold back.
     """
     require_bench(scene, camera)
     require_tolerance(tolerance)
     require_concrete("plan", scene, camera)
     bench = pack(scene)
     beams = node_arrivals(bench, camera, _COARSE)
-    strong, lost = _strong_beams(peak_amplitudes(bench, beams), 0.1 * tolerance)
+    strong, dropped_error = _strong_beams(peak_amplitudes(bench, beams), 0.1 * tolerance)
     dropped = tuple(word for k, word in enumerate(scene.beams) if k not in strong)
     if dropped:
         scene = replace(scene, beams=tuple(scene.beams[k] for k in strong))
         bench, beams = with_beams(bench, beams, strong)
     fields = node_fields(bench, beams)
     rounding = float(fields.rounding.max())
-    whole = Plan(Traced(), scene, dropped, rounding, lost + 2 * np.pi * rounding, "")
+    by_rays = Plan(Traced(), scene, dropped, rounding, dropped_error + 2 * np.pi * rounding, "")
     if not fields.arrives.all():
         reason = "not every beam reaches the whole image"
         if beams.lost.any():
             reason = f"{reason}, and a caustic ends in it: where several rays of a beam land, one is followed"
-            return replace(whole, phase_error=np.inf, intensity_error=np.inf, reason=reason), None
-        return replace(whole, reason=reason), None
-    single = not jax.config.read("jax_enable_x64")
-    closed = _closed_error(scene, camera, fields)
-    if closed is not None:
-        by_formula = float(closed.intensity) + lost + (_SINGLE_CLOSED if single else 0.0)
-        if by_formula <= tolerance:
+            by_rays = replace(by_rays, phase_error=np.inf, intensity_error=np.inf)
+        return _with_picture(replace(by_rays, reason=reason), camera)
+    formula = ClosedForm()
+    if formula.refusal(scene) is None:
+        error = formula.error_against(fields, scene, camera)
+        intensity = float(error.intensity) + dropped_error + (formula.float32_error if is_single() else 0.0)
+        if intensity <= tolerance:
             reason = "the screen is focused on the gap"
-            return Plan(ClosedForm(), scene, dropped, float(closed.phase), by_formula, reason), None
-    return _on_nodes(whole, bench, camera, fields, tolerance, lost, single)
+            return _with_picture(Plan(formula, scene, dropped, float(error.phase), intensity, reason), camera)
+    return _on_nodes(by_rays, bench, camera, fields, tolerance, dropped_error)
 
 
-def _on_nodes(whole: Plan, bench: Packed, camera: Camera, fields: Fields, tolerance: float, lost: float, single: bool):
-    """The plan of the fewest nodes that keep the tolerance, and their coefficients; else that of the whole image."""
-    dearest = passes(Traced(), whole.scene, camera)
+def _with_picture(chosen: Plan, camera: Camera) -> tuple[Plan, AbstractPicture]:
+    return chosen, chosen.method.picture(chosen.scene, camera)
+
+
+def _on_nodes(by_rays: Plan, bench: Packed, camera: Camera, fields: Fields, tolerance: float, dropped_error: float):
+    """The plan of the fewest nodes that keep the tolerance, and their picture; else that of rays at every pixel."""
+    dearest = by_rays.method.passes(by_rays.scene, camera)
     reason = "no grid of nodes is fine enough for the fields"
     for finest in (_COARSE, _FINE, _FINEST):
         if finest > _COARSE:
@@ -117,31 +112,30 @@ def _on_nodes(whole: Plan, bench: Packed, camera: Camera, fields: Fields, tolera
         if not nodes.reached:
             break
         for count in (n for n in _LADDER if n + _BEYOND <= finest):
-            if passes(Chebyshev(count), whole.scene, camera) > dearest:
+            if Chebyshev(count).passes(by_rays.scene, camera) > dearest:
                 reason = "rays at every pixel cost less than a grid of nodes that is fine enough"
                 break
             phase, intensity = map(float, error_of(nodes, count))
-            if intensity + lost > tolerance:
+            if intensity + dropped_error > tolerance:
                 continue
-            rounded = intensity + lost + _SINGLE
-            in_float32 = single and rounded <= tolerance
+            method, intensity = _with_pixels(Chebyshev(count), intensity + dropped_error, tolerance)
             chosen = replace(
-                whole,
-                method=Chebyshev(count, "float64" if single and not in_float32 else None),
+                by_rays,
+                method=method,
                 phase_error=phase,
-                intensity_error=rounded if in_float32 else intensity + lost,
+                intensity_error=intensity,
                 reason=f"the fields are smooth: {count} x {count} nodes resolve them",
             )
-            return chosen, nodes.coefficients[:, :count, :count]
-    return replace(whole, reason=reason), None
+            return chosen, method.picture_of(nodes.coefficients[:, :count, :count], camera)
+    return _with_picture(replace(by_rays, reason=reason), camera)
 
 
-def folds(scene: Scene, camera: Camera) -> bool:
-    """Whether a caustic ends in the image: beyond it no ray of a beam lands, on this side several do.
-
-    Seen at 17 x 17 points, where the search for a ray ends with one that reaches the screen elsewhere.
-    """
-    return bool(node_arrivals(pack(scene), camera, _COARSE).lost.any())
+def _with_pixels(method: Chebyshev, error: float, tolerance: float) -> tuple[Chebyshev, float]:
+    """The method with pixels in JAX's setting, or in float64 where float32 would break the tolerance; its error."""
+    if not is_single():
+        return method, error
+    rounded = error + method.float32_error
+    return (method, rounded) if rounded <= tolerance else (replace(method, dtype="float64"), error)
 
 
 def beam_amplitudes(scene: Scene, camera: Camera) -> dict[str, float]:
@@ -152,7 +146,7 @@ def beam_amplitudes(scene: Scene, camera: Camera) -> dict[str, float]:
 
 def _strong_beams(amplitude: Float[np.ndarray, " beams"], allowance: float) -> tuple[list[int], float]:
     """Drop the weakest beams while all that they add stays within the allowance; what they may add over the peak."""
-    dropped, lost = [], 0.0
+    dropped, error = [], 0.0
     if len(amplitude) > 2:
         peak, total = float((amplitude**2).sum()), amplitude.sum()
         for k in np.argsort(amplitude)[:-1].tolist():
@@ -160,20 +154,5 @@ def _strong_beams(amplitude: Float[np.ndarray, " beams"], allowance: float) -> t
             if change > allowance:
                 break
             dropped.append(k)
-            lost = float(change)
-    return [k for k in range(len(amplitude)) if k not in dropped], lost
-
-
-def _closed_error(scene: Scene, camera: Camera, traced: Fields) -> ErrorEstimate | None:
-    """The closed form's error at the nodes, where the traced fields are known; half as much again in between."""
-    if why_not_closed(scene):
-        return None
-    points = node_points(camera, _COARSE)
-    closed = closed_fields(scene, points[:, 0], points[:, 1])
-    (size, phase), (true_size, true_phase) = polar(closed), polar(traced)
-    wrong = abs(phase - true_phase)
-    wrong = abs(wrong - np.round(wrong)) + traced.rounding
-    error = abs(closed.background - traced.background) + abs(abs(size) - abs(true_size))[0]
-    error = error + 2 * np.pi * (wrong * abs(true_size))[0]
-    peak = traced.background.max() + abs(true_size).max()
-    return ErrorEstimate(1.5 * float(wrong.max()), 1.5 * float(error.max() / peak))
+            error = float(change)
+    return [k for k in range(len(amplitude)) if k not in dropped], error

@@ -26,8 +26,8 @@ from newtonjax.scene.gap import gap_height as gap_height
 from newtonjax.scene.gap import gap_of as gap_of
 from newtonjax.scene.gap import gap_opd as gap_opd
 from newtonjax.scene.gap import has_tilted_sphere as has_tilted_sphere
+from newtonjax.scene.gap import is_known_nonzero as is_known_nonzero
 from newtonjax.scene.gap import required_gap as required_gap
-from newtonjax.scene.gap import why_not_closed as why_not_closed
 from newtonjax.scene.light import Light as Light
 from newtonjax.scene.light import field_at_launch as field_at_launch
 from newtonjax.scene.light import irradiance as irradiance

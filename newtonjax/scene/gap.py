@@ -107,37 +107,14 @@ def focus_height(scene: Scene, upper: int) -> Scalar:
     return object_z
 
 
-def why_not_closed(scene: Scene) -> str:
-    """The part of a scene for which 2 n t is not the path difference; empty where it is. Traced values pass."""
-    upper = gap_of(scene)
-    if upper is None:
-        return f"beams {', '.join(map(repr, scene.beams))}: it takes two that differ by one round trip in one gap"
-    for part in ("shield", "collecting_lens"):
-        if getattr(scene, part) is not None:
-            return f"{part}: it takes a bare screen"
-    if _nonzero(scene.light.tilt):
-        return "light.tilt: it takes light along -z"
-    for k, surface in enumerate(scene.surfaces):
-        curved = not is_concrete(surface.curvature) or bool(np.any(np.asarray(surface.curvature) != 0))
-        if curved and _nonzero(surface.tilt):
-            return f"surfaces[{k}].tilt: it takes upright spheres"
-    if _nonzero(scene.screen.tilt):
-        return "screen.tilt: it takes an upright screen"
-    if is_concrete(scene):
-        z, focus = scene.screen.vertex[2], focus_height(scene, upper)
-        if np.any(np.abs(z - focus) > 1e-9 + 1e-9 * np.abs(focus)):
-            where = f"z = {float(focus):.6g} m, screen='gap'"
-            return f"screen at z = {float(z):.6g} m: it takes one focused on the gap ({where})"
-    return ""
-
-
 def has_tilted_sphere(scene: Scene) -> bool:
     """Whether a face of the gap is a tilted sphere, which has no closed form of its height over the plane."""
     upper = required_gap(scene)
-    return any(_nonzero(f.tilt) and _nonzero(f.curvature) for f in scene.surfaces[upper : upper + 2])
+    return any(is_known_nonzero(f.tilt) and is_known_nonzero(f.curvature) for f in scene.surfaces[upper : upper + 2])
 
 
-def _nonzero(value) -> bool:
+def is_known_nonzero(value) -> bool:
+    """Whether any number of a value is known and not 0."""
     return is_concrete(value) and bool(np.any(np.asarray(value) != 0))
 
 

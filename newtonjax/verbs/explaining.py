@@ -19,7 +19,6 @@ from newtonjax.scene import (
     has_tilted_sphere,
     node_points,
     require_bench,
-    why_not_closed,
 )
 from newtonjax.verbs.rendering import render
 
@@ -68,12 +67,10 @@ class Explanation:
     planning_seconds: float
 
     def __str__(self) -> str:
-        nodes = getattr(self.plan.method, "nodes", None)
-        grid = f", {nodes} x {nodes} nodes" if nodes else ""
         light = self.scene.light
         polarized = "unpolarized, two components" if light.polarization is None else "polarized"
         lines = [
-            f"method      {type(self.plan.method).__name__}{grid}: {self.plan.reason}",
+            f"method      {self.plan.method.describe()}: {self.plan.reason}",
             f"error       {self.plan.phase_error:.2g} turns, {self.plan.intensity_error:.2g} of the peak "
             f"(tolerance {self.tolerance:g})",
             f"cost        predicted {_time(self.predicted_seconds)}, measured {_time(self.measured_seconds)} "
@@ -211,10 +208,8 @@ def _inside(scene: Scene, chosen: Plan, points: Float[np.ndarray, "n 2"], fields
         return found
     x, y = points[:, 0], points[:, 1]
     formula = closed_fields(scene, x, y)
-    traced = not isinstance(chosen.method, ClosedForm)
-    found.append(
-        Omission("rays", _difference(formula, fields), traced, f"against 2 n t at normal incidence{_why(scene)}")
-    )
+    note = f"against 2 n t at normal incidence{_why(scene)}"
+    found.append(Omission("rays", _difference(formula, fields), chosen.method.traces_rays, note))
     if any(float(face.curvature) != 0 for face in scene.surfaces[upper : upper + 2]):
         parabola = closed_fields(scene, x, y, lambda curvature, r2: curvature * r2 / 2)
         found.append(Omission("exact sphere", _difference(parabola, formula), True, "against the parabola r²/2R"))
@@ -223,8 +218,8 @@ def _inside(scene: Scene, chosen: Plan, points: Float[np.ndarray, "n 2"], fields
 
 def _why(scene: Scene) -> str:
     """What keeps 2 n t from being the path difference."""
-    reason = why_not_closed(scene)
-    return f"; there is a {reason.split(':')[0]}" if reason else ""
+    refusal = ClosedForm().refusal(scene)
+    return "" if refusal is None else f"; there is a {refusal.part}"
 
 
 def _light_upright(scene: Scene) -> Scene | None:

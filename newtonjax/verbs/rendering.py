@@ -1,23 +1,14 @@
 """The public verbs: render an image, or its optical path difference."""
 
-from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple
 
 import jax
-import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
-from newtonjax.fields import image
-from newtonjax.methods import AbstractMethod, Chebyshev, ClosedForm, Traced, require_method, unreached
-from newtonjax.numerics import afresh, chebyshev, image_memory, is_concrete, require_x64, x64
+from newtonjax.methods import AbstractMethod, AbstractPicture, Chebyshev, is_single, require_method, require_two_beams
+from newtonjax.numerics import afresh, image_memory, is_concrete, require_x64
 from newtonjax.planning import planned
 from newtonjax.scene import Camera, Scene, require_bench
-
-# Bytes a pixel while an image is computed, measured; on nodes there is the image alone.
-_BYTES = {ClosedForm: 30, Traced: 32}
 
 
 def render(
@@ -32,7 +23,13 @@ def render(
     Raises ValueError where the method cannot honour a part of the scene and where the image is larger than memory,
     RuntimeError where a transformation would trace rays in float32.
     """
-    return _run(_IMAGE, scene, camera, method, tolerance)
+    require_bench(scene, camera)
+    require_method(method)
+    scene, camera = afresh(scene, camera)
+    if not is_concrete(scene, camera):
+        return _within_transformation(_image, scene, camera, method)
+    scene, method, picture = _choose_for_memory(scene, camera, method, tolerance)
+    return (method.picture(scene, camera) if picture is None else picture).image()
 
 
 def opd(
@@ -43,66 +40,47 @@ def opd(
     The beam with more gap crossings minus the other. Method, precision and errors as in `render`; a scene that has not
     exactly two beams raises ValueError.
     """
-    if len(scene.beams) != 2:
-        raise ValueError(f"a path difference is between two beams; this scene has {len(scene.beams)}")
-    return _run(_OPD, scene, camera, method, tolerance)
-
-
-class _Verb(NamedTuple):
-    """What a verb computes: at every pixel by a method, and the coefficients of its fields at nodes."""
-
-    at_pixels: Any  # compiled; `__wrapped__` is what it was made of
-    at_nodes: Callable[[Scene, Camera, Chebyshev], tuple[Float[np.ndarray, "fields nodes nodes"], Any]]
-
-
-def _run(verb: _Verb, scene, camera, method, tolerance):
     require_bench(scene, camera)
     require_method(method)
+    require_two_beams(scene)
     scene, camera = afresh(scene, camera)
     if not is_concrete(scene, camera):
-        method = Chebyshev() if method is None else method
+        return _within_transformation(_opd, scene, camera, method)
+    scene, method, _ = _choose_for_memory(scene, camera, method, tolerance)
+    return method.opd_picture(scene, camera).image()
+
+
+def choose(
+    scene: Scene, camera: Camera, method: AbstractMethod | None, tolerance: float
+) -> tuple[Scene, AbstractMethod, AbstractPicture | None]:
+    """Scene and method as they are given, or planned: then with the picture that the plan comes with.
+
+    Raises ValueError where the method given cannot honour a part of the scene.
+    """
+    if method is not None:
         method.check(scene)
-        compute = verb.at_pixels
-        if not isinstance(method, ClosedForm):
-            require_x64(type(method).__name__)
-        elif not jax.config.read("jax_enable_x64"):
-            # As it stands: compiled apart, it would be given its numbers in float32, the concrete ones too.
-            compute = compute.__wrapped__
-        return compute(scene, camera, method)
-    single = not jax.config.read("jax_enable_x64")
-    image_memory(camera.shape, _BYTES.get(type(method), 4 if single else 8))
-    coefficients = None
+        return scene, method, None
+    chosen, picture = planned(scene, camera, tolerance)
+    return chosen.scene, chosen.method, picture
+
+
+def _choose_for_memory(scene, camera, method, tolerance):
+    """`choose`, refused where memory does not hold what the method takes for the pixels."""
     if method is None:
-        chosen, coefficients = planned(scene, camera, tolerance)
-        scene, method = chosen.scene, chosen.method
-        image_memory(camera.shape, _BYTES.get(type(method), 4 if single else 8))
-    else:
-        method.check(scene)
-    method = pixels_as_set(method)
-    if isinstance(method, Chebyshev):
-        if coefficients is None or verb is not _IMAGE:
-            coefficients, reached = verb.at_nodes(scene, camera, method)
-            if not reached:
-                raise unreached(method)
-        # An array of a type that the user's setting does not have would warn at every further step.
-        dtype = (method.dtype if verb is _IMAGE else None) or "float64"
-        return image(coefficients, camera.shape, dtype, "float32" if single else dtype)
-    with x64():
-        # As it stands: a program around it would be another one for each bench.
-        pixels = verb.at_pixels.__wrapped__(scene, camera, method)
-    return _as_float32(pixels) if single and pixels.dtype != jnp.float32 else pixels
+        image_memory(camera.shape, 4 if is_single() else 8)  # of the image alone, before anything is traced
+    scene, method, picture = choose(scene, camera, method, tolerance)
+    image_memory(camera.shape, method.bytes_per_pixel())
+    return scene, method, picture
 
 
-def pixels_as_set(method: AbstractMethod) -> AbstractMethod:
-    """The method with its pixels in the type of JAX's setting, where it leaves that open."""
-    if not isinstance(method, Chebyshev) or method.dtype is not None:
-        return method
-    return replace(method, dtype="float64" if jax.config.read("jax_enable_x64") else "float32")
-
-
-def _as_float32(image):
-    with x64():
-        return jax.block_until_ready(image.astype(jnp.float32))
+def _within_transformation(verb, scene, camera, method: AbstractMethod | None):
+    """Pixels of traced numbers, by a compiled form of a verb; `__wrapped__` is what that was made of."""
+    method = Chebyshev() if method is None else method
+    method.check(scene)
+    if method.needs_float64:
+        require_x64(type(method).__name__)
+    # In float32 as it stands: compiled apart, it would be given its numbers in float32, the concrete ones too.
+    return (verb.__wrapped__ if is_single() else verb)(scene, camera, method)
 
 
 @partial(jax.jit, static_argnames="method")
@@ -113,17 +91,3 @@ def _image(scene, camera, method):
 @partial(jax.jit, static_argnames="method")
 def _opd(scene, camera, method):
     return method.opd(scene, camera)
-
-
-def at_nodes(scene: Scene, camera: Camera, method: Chebyshev) -> tuple[Float[np.ndarray, "fields nodes nodes"], Any]:
-    """The coefficients of the image's fields, and whether every beam reaches every node; for known numbers."""
-    fields = method.fields(scene, camera)
-    return method.coefficients(fields), fields.arrives.all()
-
-
-def _opd_at_nodes(scene, camera, method):
-    paths, arrives = method.paths(scene, camera)
-    return chebyshev.coefficients(paths[None]), arrives.all()
-
-
-_IMAGE, _OPD = _Verb(_image, at_nodes), _Verb(_opd, _opd_at_nodes)

@@ -1,21 +1,17 @@
 """Many scenes in one call and bounded memory: `sweep`."""
 
-from collections.abc import Callable, Iterator, Mapping
-from functools import partial
-from itertools import chain
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array
 
-from newtonjax.fields import synthesize, synthesize_single
-from newtonjax.methods import AbstractMethod, Chebyshev, ClosedForm, Splat, Traced, require_method, unreached
+from newtonjax.methods import AbstractMethod, require_method
 from newtonjax.numerics import afresh, require_concrete, require_memory, require_whole, x64
 from newtonjax.planning import plan
 from newtonjax.scene import Camera, Scene, require_camera
-from newtonjax.verbs.rendering import at_nodes, pixels_as_set
 
 # Pixels that are computed side by side where no batch is asked for, and scenes that are planned for.
 _PIXELS, _PLANNED = 2**22, 32
@@ -54,8 +50,8 @@ def sweep(
     require_camera(camera)
     require_method(method)
     require_concrete("sweep", values, camera)
-    if isinstance(method, Splat):
-        raise ValueError("Splat cannot be compiled for many scenes; give sweep another method")
+    if method is not None:
+        method.require_parts("sweep")
     require_whole("batch", batch)
     table = {name: _numbers(name, value) for name, value in values.items()}
     lengths = {name: len(value) for name, value in table.items() if value.ndim}
@@ -76,23 +72,9 @@ def sweep(
     chosen = _for_all([scene for _, scene in scenes], camera, tolerance) if method is None else method
     for number, scene in scenes:
         _named(rows, number, lambda _, scene=scene: chosen.check(scene))
-    method = pixels_as_set(chosen)
-    with x64():
-        if isinstance(method, Chebyshev):
-            of_scene = partial(_nodes, camera=camera, method=method)
-            nodes = [_named(rows, number, lambda _, scene=scene: of_scene(scene)) for number, scene in scenes]
-            found = _images(np.stack(nodes), camera.shape, method.dtype, reduce, batch)
-        else:
-            of_image = (lambda image: image) if reduce is None else jax.jit(reduce)
-            found = _one_by_one((of_image(method.image(scene, camera)) for _, scene in scenes), count)
-    return found if jax.config.read("jax_enable_x64") else jax.tree.map(_rounded, found)
-
-
-def _nodes(scene: Scene, camera: Camera, method: Chebyshev) -> Float[np.ndarray, "fields nodes nodes"]:
-    coefficients, reached = at_nodes(scene, camera, method)
-    if not reached:
-        raise unreached(method)
-    return coefficients
+    pictures = [_named(rows, number, lambda _, scene=scene: chosen.picture(scene, camera)) for number, scene in scenes]
+    answers = type(pictures[0]).images(pictures, reduce, batch)
+    return answers if jax.config.read("jax_enable_x64") else jax.tree.map(_rounded, answers)
 
 
 def _numbers(name: str, value) -> np.ndarray:
@@ -129,36 +111,9 @@ def _named(rows, number: int, call: Callable[[dict[str, float]], Any]) -> Any:
 
 
 def _for_all(scenes: list[Scene], camera: Camera, tolerance: float) -> AbstractMethod:
-    """The cheapest method that every scene's plan allows: the closed form only if all have it, else the most nodes."""
-    found = [plan(scenes[number], camera, tolerance).method for number in _spread(len(scenes))]
-    if any(isinstance(method, Traced) for method in found):
-        return Traced()
-    nodes = [method.nodes for method in found if isinstance(method, Chebyshev)]
-    if not nodes:
-        return ClosedForm()
-    # How many nodes a scene takes that the closed form would do for is not known: then not fewer than the default.
-    return Chebyshev(max(nodes) if len(nodes) == len(found) else max(*nodes, Chebyshev().nodes))
-
-
-def _one_by_one(answers: Iterator[Any], count: int) -> Any:
-    """Trees of arrays of one kind, with a first axis for all of them."""
-    first = next(answers)
-    total = jax.tree.map(lambda leaf: np.empty((count, *jnp.shape(leaf)), leaf.dtype), first)
-    for number, answer in enumerate(chain([first], answers)):
-        for whole, leaf in zip(jax.tree.leaves(total), jax.tree.leaves(answer), strict=True):
-            whole[number] = leaf
-    return jax.tree.map(jnp.asarray, total)
-
-
-@partial(jax.jit, static_argnames=("shape", "dtype", "reduce", "batch"))
-def _images(coefficients: Float[Array, "scenes fields nodes nodes"], shape, dtype, reduce, batch):
-    made = synthesize_single if dtype == "float32" else synthesize
-
-    def one(nodes):
-        image = made(nodes, shape)
-        return image if reduce is None else reduce(image)
-
-    return jax.lax.map(one, coefficients, batch_size=batch)
+    """The method that serves every scene's plan: the most general of them."""
+    planned = [plan(scenes[number], camera, tolerance).method for number in _spread(len(scenes))]
+    return max(planned, key=lambda method: method.generality).for_scenes(planned)
 
 
 def _rounded(value):

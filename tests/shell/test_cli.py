@@ -72,7 +72,7 @@ KEYS = [
         ),
         (
             ("render", "reflected", "-o", "a.png", "--radius", "1mm", "--screen", "gap", "--method", "closed-form"),
-            "not every beam reaches",
+            "does not reach the whole image",
         ),
         (
             ("render", "reflected", "-o", "a.png", "--screen", "1m", "--collecting-lens", "1mm"),

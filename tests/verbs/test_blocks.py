@@ -109,10 +109,10 @@ def _bench(wavelength):
 
 def test_a_sweep_takes_the_memory_of_a_batch():
     def compiled(count):
-        from newtonjax.verbs.sweeping import _images
+        from newtonjax.methods.pictures import images_on_nodes
 
         nodes = jnp.zeros((count, 3, 9, 9))
-        analysis = _images.lower(nodes, CAMERA.shape, "float64", jnp.mean, 4).compile().memory_analysis()
+        analysis = images_on_nodes.lower(nodes, CAMERA.shape, "float64", jnp.mean, 4).compile().memory_analysis()
         return analysis.temp_size_in_bytes
 
     assert compiled(4096) < compiled(8) + 4096 * 64

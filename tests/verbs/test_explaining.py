@@ -8,7 +8,6 @@ import pytest
 
 import newtonjax as nj
 from fitting.shell.cli import main
-from newtonjax.planning.cost import passes
 
 CAMERA = nj.Camera((64, 64), 60e-6)
 
@@ -97,9 +96,9 @@ def test_what_a_scene_does_without_costs_nothing():
 
 def test_cost_grows_with_what_is_there():
     scene, large = nj.newton_rings(), nj.Camera((1024, 1024), 5e-6)
-    assert passes(nj.ClosedForm(), scene, large) < passes(nj.Chebyshev(9), scene, large)
-    assert passes(nj.Chebyshev(9), scene, large) < passes(nj.Chebyshev(17), scene, large)
-    assert passes(nj.Chebyshev(17), scene, large) < passes(nj.Traced(), scene, large) / 100
+    assert nj.ClosedForm().passes(scene, large) < nj.Chebyshev(9).passes(scene, large)
+    assert nj.Chebyshev(9).passes(scene, large) < nj.Chebyshev(17).passes(scene, large)
+    assert nj.Chebyshev(17).passes(scene, large) < nj.Traced().passes(scene, large) / 100
 
 
 def test_the_verb_prints_the_page(tmp_path, capsys):
