@@ -3,9 +3,18 @@
 import json
 import math
 import os
+import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+# Files that this process has written whole, in their order.
+written: list[Path] = []
+# What a process that is stopped removes: half-written files, and the folders that it made if they are still empty.
+_half_written: set[Path] = set()
+_folders: list[Path] = []
+# Held while these change; a process that is stopped takes it and does not give it back.
+_changing = threading.Lock()
 
 
 def check_free(paths: list[Path], force: bool, keep: tuple[Path, ...] = ()) -> None:
@@ -27,6 +36,43 @@ def check_free(paths: list[Path], force: bool, keep: tuple[Path, ...] = ()) -> N
             raise FileExistsError(f"{path} is there already; name another file, or add --force to overwrite it")
         if not path.parent.is_dir():
             raise FileNotFoundError(f"{path.parent} is no folder; make it first, or name another file than {path}")
+        _try_to_write(path)
+
+
+def _try_to_write(path: Path) -> None:
+    """Raises OSError where no file can be written beside `path`: better before the work than after it."""
+    neighbour = _neighbour(path.resolve())
+    with _changing:
+        try:
+            neighbour.touch()
+        except OSError as error:
+            raise type(error)(f"{path} cannot be written ({error.strerror}); name another file") from error
+        neighbour.unlink()
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder for files, and those above it; a process that is stopped removes it if it is still empty."""
+    if not folder.is_dir():
+        folder.mkdir(parents=True)
+        _folders.append(folder)
+
+
+def remove_unfinished(patience: float = -1) -> None:
+    """Remove what is half written, before the process ends: no file of this process is written from here on.
+
+    `patience`: how long to wait for a file that just takes its name [s]; as long as needed unless given.
+    """
+    _changing.acquire(timeout=patience)
+    for path in _half_written:
+        path.unlink(missing_ok=True)
+    remove_empty_folders()
+
+
+def remove_empty_folders() -> None:
+    """Remove the folders that this process has made for files and that hold none."""
+    for folder in _folders:
+        with suppress(OSError):
+            folder.rmdir()
 
 
 def write(path: Path, content: bytes | str, force: bool) -> None:
@@ -44,12 +90,22 @@ def write(path: Path, content: bytes | str, force: bool) -> None:
 def in_one_step(path: Path) -> Iterator[Path]:
     """A neighbour to write into, which takes the name at the end, or is gone where that is not reached."""
     path = path.resolve()  # a link stays one, and its target gets the content
-    neighbour = path.with_name(f".{path.name}.{os.getpid()}.part")
+    neighbour = _neighbour(path)
+    with _changing:
+        _half_written.add(neighbour)
     try:
         yield neighbour
-        os.replace(neighbour, path)
+        with _changing:
+            os.replace(neighbour, path)
+            written.append(path)
     finally:
-        neighbour.unlink(missing_ok=True)
+        with _changing:
+            neighbour.unlink(missing_ok=True)
+            _half_written.discard(neighbour)
+
+
+def _neighbour(path: Path) -> Path:
+    return path.with_name(f".{path.name}.{os.getpid()}.part")
 
 
 def files_of(folder: Path | None, names: tuple[str, ...], force: bool, keep: tuple[Path, ...]) -> list[Path]:
@@ -66,7 +122,7 @@ def files_of(folder: Path | None, names: tuple[str, ...], force: bool, keep: tup
     there = [file for file in files if os.path.lexists(file)]
     if there and not force:
         raise FileExistsError(f"{there[0]} is there already; name another folder, or add --force to overwrite it")
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     check_free(files, force, keep)
     return files
 

@@ -21,6 +21,8 @@ from newtonjax.numerics import x64
 # autocorrelation time in six dimensions (measured: 22 steps against 79). Not emcee's snooker move, whose acceptance
 # takes half of the exponent that ter Braak and Vrugt (2008, eq. 8) give: it draws deviations 4 % too small.
 MOVES = [(emcee.moves.DEMove(), 0.9), (emcee.moves.DEMove(gamma0=1.0), 0.1)]
+# Held while a step is written to a chain's file: a program that ends then leaves a file that cannot be read.
+WRITING = threading.Lock()
 
 
 class OtherChainError(ValueError):
@@ -131,13 +133,21 @@ def _between_steps():
         signal.signal(signal.SIGINT, before)
 
 
+class _WholeSteps(emcee.backends.HDFBackend):
+    """A chain's file; `WRITING` is held while a step is written."""
+
+    def save_step(self, state, accepted):
+        with WRITING:
+            super().save_step(state, accepted)
+
+
 def _backend(file: Path, target: Posterior, walkers: int) -> emcee.backends.HDFBackend:
     """The chain's file, made anew or found to be this fit's. Raises ValueError where it is another's, or no chain."""
     import h5py
 
     numbers = (leaf for leaf in jax.tree.leaves(target) if isinstance(leaf, jax.Array | np.ndarray))
     mark = hashlib.sha256(b"".join(np.asarray(leaf).tobytes() for leaf in numbers)).hexdigest()[:16]
-    backend = emcee.backends.HDFBackend(str(file))
+    backend = _WholeSteps(str(file))
     if file.exists():
         try:
             with h5py.File(file) as there:

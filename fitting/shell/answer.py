@@ -42,7 +42,7 @@ class Outputs(NamedTuple):
         if self.folder is not None:
             if self.folder.exists() and not self.folder.is_dir():
                 raise NotADirectoryError(f"--output-dir {self.folder} is no folder; name another one")
-            self.folder.mkdir(parents=True, exist_ok=True)
+            output.make_folder(self.folder)
         output.check_free([*self.in_folder().values(), *filter(None, [self._json_path()])], self.force, keep=keep)
 
     def write(self, result, picture: Callable[[Any], bytes], extras: Extras | None = None) -> int:
@@ -51,28 +51,41 @@ class Outputs(NamedTuple):
         `extras`: more for the answer, for the text, and for the folder.
         """
         status, extras = _EXIT[result.status], extras or Extras()
-        answer, text = output.json_text({**result.as_dict(), **extras.answer}), result.report() + extras.text
-        paths = self.in_folder()
+        answer, text = _texts(result, extras)
         if self.json == "-":
             sys.stdout.write(answer)
         elif status != 3:
             print(text)
         if path := self._json_path():
             output.write(path, answer, self.force)
-        if paths:
-            output.write(paths["report"], text + "\n", self.force)
-            output.write(paths["json"], answer, self.force)
-        if paths and status != 3:
-            drawn = picture(result)
-            output.write(paths["picture"], drawn, self.force)
-            for name, content in (extras.files(drawn) if extras.files else {}).items():
-                output.write(paths[name], content, self.force)
+        if self.folder is not None:
+            drawn = self._write_result(result, picture, extras)
+            for name, content in (extras.files(drawn) if extras.files and drawn else {}).items():
+                output.write(self.in_folder()[name], content, self.force)
         if status:
             print(f"newtonjax: {result.status}: {' '.join(result.message.split())}", file=sys.stderr)
         return status
 
+    def keep(self, result, picture: Callable[[Any], bytes]) -> bytes:
+        """Write to the folder what is complete before longer work starts; the picture, empty without one."""
+        return b"" if self.folder is None else self._write_result(result, picture, Extras())
+
+    def _write_result(self, result, picture: Callable[[Any], bytes], extras: Extras) -> bytes:
+        paths, (answer, text) = self.in_folder(), _texts(result, extras)
+        output.write(paths["report"], text + "\n", self.force)
+        output.write(paths["json"], answer, self.force)
+        drawn = b"" if _EXIT[result.status] == 3 else picture(result)
+        if drawn:
+            output.write(paths["picture"], drawn, self.force)
+        return drawn
+
     def _json_path(self) -> Path | None:
         return None if self.json in (None, "-") else Path(str(self.json))
+
+
+def _texts(result, extras: Extras) -> tuple[str, str]:
+    """The answer as JSON, and the report."""
+    return output.json_text({**result.as_dict(), **extras.answer}), result.report() + extras.text
 
 
 def as_png(figure) -> bytes:

@@ -2,15 +2,14 @@
 
 import gc
 import io
-import signal
 import sys
-import threading
 from pathlib import Path
-from typing import Annotated, Any, Literal, NoReturn
+from typing import Annotated, Any, Literal
 
 import typer
 
-from fitting.shell import lamps, quantities
+from fitting.report import output
+from fitting.shell import lamps, quantities, stopping
 from fitting.shell.options import (
     Angle,
     Beams,
@@ -53,27 +52,20 @@ app = typer.Typer(
 )
 
 
-def _stop(number: int, frame: object) -> NoReturn:
-    """Leave as an exception does: what is half written is removed on the way."""
-    del frame
-    raise SystemExit(128 + number)
-
-
 def main(arguments: list[str] | None = None) -> int:
     """Run the command; its exit status. Errors go to stderr in one line."""
     arguments = sys.argv[1:] if arguments is None else arguments
     # Importing and tracing make hundreds of thousands of objects that stay: looking through them for cycles at the
     # usual intervals takes as long as importing JAX.
     gc.set_threshold(200_000, 20, 20)
-    if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGTERM, _stop)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a λ must not cost the answer where the terminal has none
     if not arguments:
         return _fail("no verb given; give render, fit, scale, rings or another one (newtonjax --help explains them)")
     try:
-        return app(args=one_by_one(arguments), prog_name="newtonjax", standalone_mode=False) or 0
+        with stopping.watched():
+            return app(args=one_by_one(arguments), prog_name="newtonjax", standalone_mode=False) or 0
     except typer.TyperException as error:
         return _fail(error.format_message())
     except (ValueError, OSError) as error:
@@ -83,6 +75,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _fail(message: str, status: int = 2) -> int:
+    output.remove_empty_folders()
     print("newtonjax:", " ".join(message.split()), file=sys.stderr)
     return status
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import fitting
-from fitting.shell import scale_verb, session
+from fitting.shell import scale_verb, session, stopping
 from fitting.shell.answer import Extras, Outputs, as_png
 from fitting.shell.lamps import Wavelength
 from fitting.shell.progress import progress, steps
@@ -42,15 +42,21 @@ def run(photo: Path, given: Given, outputs: Outputs) -> int:
     arguments = _arguments(given)
     with progress(f"fitting {photo.name}"):
         result = fitting.fit(photo, **arguments)
-    chain = _chain(result, outputs) if given.mcmc and result.evidence is not None else None
-    return outputs.write(result, _picture, _extras(result, photo, chain))
+    if not given.mcmc or result.evidence is None:
+        return outputs.write(result, _picture, _extras(result, photo, None))
+    drawn = outputs.keep(result, _picture)
+    chain = _chain(result, outputs)
+    outputs = outputs._replace(force=True)  # of what is there now the files of this run are replaced
+    return outputs.write(result, lambda found: drawn or _picture(found), _extras(result, photo, chain))
 
 
 def _chain(result, outputs: Outputs):
     """Draws from the posterior; in a folder every step is kept, and a chain that was broken off goes on."""
-    from fitting.sampling import OtherChainError
+    from fitting.sampling import WRITING, OtherChainError
 
     file = None if outputs.folder is None else outputs.folder / "chain.h5"
+    if file is not None:
+        stopping.keep(file, "the same command with --force goes on with it", WRITING)
     with steps("drawing from the posterior") as report:
         try:
             return fitting.sample(result, file=file, progress=report)

@@ -1,0 +1,101 @@
+"""Signals end the command at once, whatever it does; nothing half written stays, and what is complete is named."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from fitting.report import output
+
+SAMPLE = Path(__file__).resolve().parents[2] / "fitting/data/sample.png"
+# Long enough for the busiest machine; none of these tests is a measurement of time.
+PATIENCE = 120.0
+# A verb that writes, and that swallows whatever a handler raises, as a callback of JAX does.
+WRITER = """
+import sys, time
+from pathlib import Path
+from fitting.report import output
+from fitting.shell import stopping
+folder = Path(sys.argv[1])
+with stopping.watched():
+    output.make_folder(folder / "empty")
+    output.write(folder / "complete.txt", "all of it", False)
+    with output.in_one_step(folder / "half.txt") as neighbour:
+        neighbour.write_text("half of it")
+        print("ready", flush=True)
+        while True:
+            try:
+                time.sleep(0.01)
+            except BaseException:
+                pass
+"""
+
+
+def started(*command) -> subprocess.Popen:
+    return subprocess.Popen(
+        [sys.executable, *map(str, command)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+@pytest.mark.parametrize(
+    ("number", "status", "name"), [(signal.SIGTERM, 143, "SIGTERM"), (signal.SIGINT, 130, "Ctrl-C")]
+)
+def test_a_signal_ends_what_swallows_exceptions_and_removes_what_is_half_written(tmp_path, number, status, name):
+    process = started("-c", WRITER, tmp_path)
+    assert process.stdout.readline() == "ready\n"
+    process.send_signal(number)
+    _, said = process.communicate(timeout=PATIENCE)
+    assert process.returncode == status
+    assert said == f"newtonjax: stopped by {name}; complete: {tmp_path / 'complete.txt'}\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["complete.txt"]
+
+
+def test_a_chain_that_is_stopped_leaves_the_fit_and_its_own_steps(tmp_path):
+    import emcee
+
+    folder = tmp_path / "result"
+    command = ("fit", SAMPLE, "--wavelength", "sodium", "--pixel-size", "8um", "--mcmc", "--output-dir", folder)
+    process = started("-c", "import sys; from fitting.shell.cli import main; sys.exit(main())", *command)
+    chain, patience = folder / "chain.h5", time.monotonic() + PATIENCE
+    while not _steps(chain) and process.poll() is None and time.monotonic() < patience:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 130, said
+    assert "stopped by Ctrl-C" in said
+    assert f"{chain} (the same command with --force goes on with it)" in said
+    assert json.loads((folder / "result.json").read_text())["status"] == "ok"
+    assert sorted(path.name for path in folder.iterdir()) == ["chain.h5", "report.txt", "result.json", "result.png"]
+    assert emcee.backends.HDFBackend(str(chain), read_only=True).iteration > 0
+
+
+def _steps(chain: Path) -> int:
+    """Steps in a chain's file, which may not be there or just be written."""
+    import emcee
+
+    try:
+        return emcee.backends.HDFBackend(str(chain), read_only=True).iteration
+    except (OSError, KeyError, AttributeError):
+        return 0
+
+
+def test_what_cannot_be_written_is_refused_before_the_work(tmp_path, monkeypatch):
+    def refuse(path, **_):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "touch", refuse)
+    with pytest.raises(PermissionError, match=r"cannot be written \(Permission denied\); name another file"):
+        output.check_free([tmp_path / "result.png"], force=False)
+
+
+def test_a_refused_command_leaves_no_empty_folder(tmp_path, capsys):
+    from fitting.shell.cli import main
+
+    (tmp_path / "no.png").write_text("this is text")
+    assert main(["fit", str(tmp_path / "no.png"), "--wavelength", "sodium", "--output-dir", str(tmp_path / "new")]) == 2
+    assert "no.png" in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()
