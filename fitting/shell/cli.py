@@ -10,14 +10,11 @@ import typer
 
 from fitting.report import output
 from fitting.shell import lamps, quantities, stopping
+from fitting.shell.bench_options import with_bench_options
 from fitting.shell.options import (
-    Angle,
-    Beams,
-    Collecting,
     Contact,
     Epsilon,
     Force,
-    Gap,
     Json,
     MaskImage,
     OutputDir,
@@ -25,13 +22,9 @@ from fitting.shell.options import (
     PixelSd,
     PlateRadius,
     PlateSd,
-    Polarization,
-    Radius,
     ScaleFrom,
-    Screen,
     ScreenPixel,
     Shape,
-    Shield,
     Transfer,
     View,
     Wave,
@@ -99,6 +92,7 @@ def _command(
 
 
 @app.command()
+@with_bench_options
 def render(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="transmitted, reflected, wedge, or a file SCENE.toml.")],
     output: Annotated[
@@ -107,15 +101,7 @@ def render(
             "--output", "-o", metavar="FILE", help="PNG to write; or TIFF (.tif), which may be larger than memory."
         ),
     ],
-    radius: Radius = None,
-    gap: Gap = None,
-    wavelength: Wave = None,
-    screen: Screen = None,
-    angle: Angle = None,
-    beams: Beams = None,
-    polarization: Polarization = None,
-    shield: Shield = None,
-    collecting_lens: Collecting = None,
+    bench: dict[str, Any],
     shape: Shape = None,
     pixel_size: ScreenPixel = None,
     method: Annotated[
@@ -142,10 +128,6 @@ def render(
     """
     from fitting.shell import render_verb
 
-    bench = {
-        "radius": radius, "gap": gap, "screen": screen, "angle": angle, "wavelength": wavelength, "beams": beams,
-        "polarization": polarization, "shield": shield, "collecting_lens": collecting_lens,
-    }  # fmt: skip
     how = render_verb.How(method, nodes, epsilon, tolerance)
     noise = seed if expose else None
     what = render_verb.Request(scene, output, bench, shape, pixel_size, how, noise, int(bits), explain, force)

@@ -47,10 +47,6 @@ def own_columns(texts: list[str]) -> dict[str, str]:
     return found
 
 
-def _screen(text: str) -> float | str:
-    return "gap" if text == "gap" else quantities.length(text)
-
-
 def _transfer(text: str) -> float | str:
     if text in ("linear", "srgb"):
         return text
@@ -70,32 +66,6 @@ def _shape(text: str) -> tuple[int, int]:
     return int(rows), int(columns)
 
 
-Radius = Annotated[float | None, option(quantities.length, "LENGTH", "Radius of the lens's convex face.", "1m")]
-Gap = Annotated[float | None, option(quantities.length, "LENGTH", "Gap at the apex, or on the wedge's axis.", "0nm")]
-Screen = Annotated[Any, option(_screen, "LENGTH|gap", "Distance of the screen, or a microscope on the gap.", "1mm")]
-Beams = Annotated[
-    Any,
-    option(
-        lambda text: tuple(text.split(",")),
-        "NAMES",
-        "Beams that meet, by their reflections: direct,R2-R1 or R1,R2,R3 (faces from 0 on, as light meets them).",
-        "the gap's two",
-    ),
-]
-Polarization = Annotated[
-    float | None, option(quantities.angle, "ANGLE", "Linear polarization from x towards y.", "unpolarized")
-]
-Shield = Annotated[
-    float | None,
-    option(quantities.positive_length, "LENGTH", "Radius of a round hole in a shield where the light leaves.", "none"),
-]
-Collecting = Annotated[
-    float | None,
-    option(
-        quantities.positive_length, "LENGTH", "Focal length of a lens that images the gap on a distant screen.", "none"
-    ),
-]
-Angle = Annotated[float | None, option(quantities.angle, "ANGLE", "Angle of the wedge.", "0.1mrad")]
 Shape = Annotated[Any, option(_shape, "ROWSxCOLUMNS", "Pixels of the image.", "1024x1024")]
 Wave = Annotated[Any, option(lamps.wavelength, "LENGTH|LINE", "Vacuum wavelength, or a line such as sodium.")]
 Pixel = Annotated[

@@ -11,13 +11,11 @@ import numpy as np
 import newtonjax as nj
 from fitting.report import output, png, tiff
 from fitting.shell import session
-from fitting.shell.lamps import Wavelength
+from fitting.shell.bench_options import SCENES, arguments_of_scene, option_name
 from fitting.shell.progress import progress
 from newtonjax.methods import AbstractMethod, Splatted, unreached, why_unpaired
 from newtonjax.numerics import image_memory
 
-_ANY = ("gap", "wavelength", "screen", "beams", "polarization", "shield", "collecting_lens")
-_BENCHES = {"transmitted": ("radius", *_ANY), "reflected": ("radius", *_ANY), "wedge": ("angle", *_ANY)}
 # The methods by their names here.
 _METHODS = {"closed-form": nj.ClosedForm, "chebyshev": nj.Chebyshev, "traced": nj.Traced, "splat": nj.Splat}
 _TOLERANCE = 1e-3
@@ -36,7 +34,10 @@ class How(NamedTuple):
 
 
 class Request(NamedTuple):
-    """The options of the verb; None for what was not given. `seed` is None for an image without noise."""
+    """The options of the verb; None for what was not given. `seed` is None for an image without noise.
+
+    `bench`: arguments of a ready bench, those that were given.
+    """
 
     scene: str
     output: Path
@@ -94,34 +95,29 @@ def run(request: Request) -> int:
 
 def _scene_and_camera(request: Request) -> tuple[nj.Scene, nj.Camera, bool]:
     """The scene, the camera, and whether a file gave the camera."""
-    given = {name: value for name, value in request.bench.items() if value is not None}
     camera = None
     if request.scene.endswith(".toml"):
-        if given:
-            options = ", ".join(map(_option, given))
+        if request.bench:
+            options = ", ".join(map(option_name, request.bench))
             raise ValueError(f"{options} with {request.scene}: the file gives the scene; change it there")
         scene, camera = nj.load_scene(request.scene)
-    elif request.scene in _BENCHES:
-        scene = _bench(request.scene, given)
+    elif request.scene in SCENES:
+        scene = _bench(request.scene, request.bench)
     else:
-        raise ValueError(f"scene {request.scene!r}; give {', '.join(_BENCHES)}, or a file that ends in .toml")
+        raise ValueError(f"scene {request.scene!r}; give {', '.join(SCENES)}, or a file that ends in .toml")
     default = nj.Camera(shape=(1024, 1024), pixel_size=5e-6) if camera is None else camera
     shape = default.shape if request.shape is None else request.shape
     pixel_size = default.pixel_size if request.pixel_size is None else request.pixel_size
     return scene, replace(default, shape=shape, pixel_size=pixel_size), camera is not None
 
 
-def _bench(name: str, given: dict) -> nj.Scene:
-    other = [_option(option) for option in given if option not in _BENCHES[name]]
-    if other:
-        raise ValueError(f"{', '.join(other)} with {name}: it has {', '.join(map(_option, _BENCHES[name]))}")
-    if isinstance(given.get("wavelength"), Wavelength):
-        given = {**given, "wavelength": given["wavelength"].within(1.0)}
-    return nj.air_wedge(**given) if name == "wedge" else nj.newton_rings(view=name, **given)
-
-
-def _option(name: str) -> str:
-    return f"--{name.replace('_', '-')}"
+def _bench(name: str, values: dict) -> nj.Scene:
+    offered = arguments_of_scene(name)
+    if surplus := [option_name(argument) for argument in values if argument not in offered]:
+        raise ValueError(f"{', '.join(surplus)} with {name}: it has {', '.join(map(option_name, offered))}")
+    if "wavelength" in values:
+        values = {**values, "wavelength": values["wavelength"].within(values.get("ambient_index", 1.0))}
+    return nj.air_wedge(**values) if name == "wedge" else nj.newton_rings(view=name, **values)
 
 
 def _choose(scene: nj.Scene, camera: nj.Camera, how: How) -> Chosen:

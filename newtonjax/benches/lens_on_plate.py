@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from newtonjax.numerics import Scalar, Vector2, finite, positive, require, require_pair
+from newtonjax.benches.checks import checked
+from newtonjax.numerics import Scalar, Vector2
 from newtonjax.scene import (
     CollectingLens,
     Light,
@@ -24,6 +25,7 @@ _PAIRS = {
 }
 
 
+@checked
 def newton_rings(
     radius: Scalar = 1.0,
     wavelength: Scalar = 589.3e-9,
@@ -70,46 +72,29 @@ def newton_rings(
     Raises ValueError for values that no bench can have. Traced values are not checked.
 
     """
-    require(
-        "radius",
-        radius,
-        "a non-zero radius in metres (infinite for a plane)",
-        lambda r: np.all((r != 0) & ~np.isnan(r)),
-    )
-    require("gap", gap, "a finite height in metres", finite)
-    require("lens_thickness", lens_thickness, "a positive thickness in metres", positive)
-    require("plate_thickness", plate_thickness, "a positive thickness in metres", positive)
-    for name, tilt in (("lens_tilt", lens_tilt), ("plate_tilt", plate_tilt), ("light_tilt", light_tilt)):
-        require_pair(name, tilt)
-    curvature = 1 / radius
     lens_axis, plate_axis = frame(lens_tilt)[2], frame(plate_tilt)[2]
-    if screen == "gap":
+    if isinstance(screen, str):
         height = 0.0  # placed below, once there is a scene whose focus can be computed
-    elif isinstance(screen, str):
-        raise ValueError(f"screen is {screen!r}; allowed: a distance in metres, or 'gap'")
     else:
-        require("screen", screen, "a finite distance in metres, or 'gap'", finite)
         height = -plate_thickness - screen if view == "transmitted" else gap + lens_thickness + screen
     scene = Scene(
         surfaces=(
-            Surface(0.0, _along(lens_axis, lens_thickness, gap), lens_tilt),
-            Surface(curvature, (0.0, 0.0, gap), lens_tilt),
+            Surface(0.0, _point_on_axis(lens_axis, lens_thickness, gap), lens_tilt),
+            Surface(1 / radius, (0.0, 0.0, gap), lens_tilt),
             Surface(0.0, (0.0, 0.0, 0.0), plate_tilt),
-            Surface(0.0, _along(plate_axis, -plate_thickness), plate_tilt),
+            Surface(0.0, _point_on_axis(plate_axis, -plate_thickness), plate_tilt),
         ),
         media=(ambient_index, index, gap_index, plate_index, ambient_index),
         light=Light(wavelength, light_tilt, polarization, degree=polarization_degree),
         screen=Surface(0.0, (0.0, 0.0, height)),
-        beams=_PAIRS[_known(view)],
+        beams=_PAIRS[view],
     )
-    return _finish(scene, screen, beams, shield, collecting_lens)
+    return _with_options(scene, screen, beams, shield, collecting_lens)
 
 
-def _finish(scene: Scene, screen, beams, shield, collecting_lens) -> Scene:
+def _with_options(scene: Scene, screen, beams, shield, collecting_lens) -> Scene:
     """The bench with the options that follow from the rest of it: beams by name, focus, shield, collecting lens."""
     if beams is not None:
-        if isinstance(beams, str):
-            raise ValueError(f"beams is {beams!r}; allowed: a sequence of names or words, such as ('R1', 'R2')")
         scene = choose_beams(scene, names=tuple(beams))
     if shield is not None:
         face = scene.surfaces[-1 if scene.view == "transmitted" else 0]
@@ -126,6 +111,7 @@ def _finish(scene: Scene, screen, beams, shield, collecting_lens) -> Scene:
     return replace(scene, collecting_lens=CollectingLens(collecting_lens, (0.0, 0.0, focus + down * before)))
 
 
+@checked
 def air_wedge(
     angle: Scalar = 1e-4,
     wavelength: Scalar = 589.3e-9,
@@ -158,7 +144,6 @@ def air_wedge(
     Raises ValueError for values that no bench can have. Traced values are not checked.
 
     """
-    require("angle", angle, "an angle between -1.5 and 1.5 rad", lambda a: np.all(np.abs(a) < 1.5))
     return newton_rings(
         np.inf,
         wavelength,
@@ -181,11 +166,5 @@ def air_wedge(
     )
 
 
-def _known(view: str) -> str:
-    if view not in _PAIRS:
-        raise ValueError(f"view is {view!r}; allowed: 'transmitted' or 'reflected'")
-    return view
-
-
-def _along(axis, length: Scalar, height: Scalar = 0.0):
+def _point_on_axis(axis, length: Scalar, height: Scalar = 0.0):
     return axis[0] * length, axis[1] * length, height + axis[2] * length

@@ -4,12 +4,13 @@ import re
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import Annotated, Any, TypeVar, cast
 
 import msgspec
 import tomli_w
 
 from newtonjax.benches import lens_on_plate
+from newtonjax.benches.arguments import BENCHES, Argument, arguments_of
 from newtonjax.scene import Camera, CollectingLens, Light, Scene, Shield, Surface, word_of
 
 Three = tuple[float, float, float]
@@ -64,57 +65,11 @@ class CameraTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     bits: Annotated[int, msgspec.Meta(ge=8, le=16)] = 8
 
 
-class RingsTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """A ready bench: the arguments of `newton_rings`."""
-
-    radius: float = 1.0
-    wavelength: Positive = 589.3e-9
-    gap: float = 0.0
-    view: str = "transmitted"
-    screen: float | str = 1e-3
-    index: Positive = 1.5
-    plate_index: Positive = 1.5
-    gap_index: Positive = 1.0
-    ambient_index: Positive = 1.0
-    lens_thickness: Positive = 5e-3
-    plate_thickness: Positive = 5e-3
-    lens_tilt: Two = (0.0, 0.0)
-    plate_tilt: Two = (0.0, 0.0)
-    light_tilt: Two = (0.0, 0.0)
-    polarization: float | None = None
-    polarization_degree: float | None = None
-    beams: tuple[str, ...] | None = None
-    shield: Positive | None = None
-    collecting_lens: Positive | None = None
-
-
-class WedgeTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """A ready bench: the arguments of `air_wedge`."""
-
-    angle: float = 1e-4
-    wavelength: Positive = 589.3e-9
-    gap: float = 0.0
-    view: str = "reflected"
-    screen: float | str = 1e-3
-    index: Positive = 1.5
-    gap_index: Positive = 1.0
-    ambient_index: Positive = 1.0
-    thickness: Positive = 5e-3
-    light_tilt: Two = (0.0, 0.0)
-    polarization: float | None = None
-    polarization_degree: float | None = None
-    beams: tuple[str, ...] | None = None
-    shield: Positive | None = None
-    collecting_lens: Positive | None = None
-
-
-class SceneFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """A file: a ready bench, or surfaces with media, light, screen and beams (and perhaps a shield and a collecting
-    lens); and a camera beside it.
+class SceneFields(msgspec.Struct):
+    """What a file holds beside ready benches: surfaces with media, light, screen and beams (and perhaps a shield and a
+    collecting lens); and a camera.
     """
 
-    newton_rings: RingsTable | None = None
-    air_wedge: WedgeTable | None = None
     surfaces: tuple[SurfaceTable, ...] | None = None
     media: tuple[Positive, ...] | None = None
     beams: tuple[str, ...] | None = None
@@ -125,11 +80,34 @@ class SceneFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     camera: CameraTable | None = None
 
 
+def _type_of(argument: Argument) -> Any:
+    """What TOML may hold for an argument of a bench."""
+    by_kind = {"view": str, "screen": float | str, "angles": Two, "names": tuple[str, ...]}
+    number = Positive if argument.test == "positive" else float
+    kind = by_kind.get(argument.kind, number)
+    return kind | None if argument.default is None else kind
+
+
+# A table for each ready bench, with the arguments of its call; and the file, which may hold any of them.
+_READY = {
+    bench: msgspec.defstruct(
+        bench,
+        [(argument.name, _type_of(argument), argument.default) for argument in arguments_of(bench)],
+        forbid_unknown_fields=True,
+    )
+    for bench in BENCHES
+}
+_File = msgspec.defstruct(
+    "SceneFile",
+    [(bench, table | None, None) for bench, table in _READY.items()],
+    bases=(SceneFields,),
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+)
 _TABLES = {
     name: table.__struct_fields__
     for name, table in {
-        "newton_rings": RingsTable,
-        "air_wedge": WedgeTable,
+        **_READY,
         "surfaces": SurfaceTable,
         "screen": SurfaceTable,
         "light": LightTable,
@@ -158,13 +136,13 @@ def load_scene(path: str | Path) -> tuple[Scene, Camera | None]:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _convert(given: dict) -> SceneFile:
+def _convert(given: dict) -> SceneFields:
     """The file's tables, checked; what msgspec says of a bad one, with the value and the fields that it leaves out."""
     try:
-        return msgspec.convert(given, SceneFile)
+        return cast("SceneFields", msgspec.convert(given, _File))
     except msgspec.ValidationError as error:
         problem, _, place = str(error).partition(" - at `$")
-        names, value, known = re.findall(r"\w+", place), given, SceneFile.__struct_fields__
+        names, value, known = re.findall(r"\w+", place), given, (*BENCHES, *SceneFields.__struct_fields__)
         for name in names:
             value = value[int(name)] if isinstance(value, list) else value[name]
             known = _TABLES.get(name, known) if name == names[0] else ()
@@ -175,9 +153,9 @@ def _convert(given: dict) -> SceneFile:
         raise ValueError(f"{where} is {value!r}; allowed: {problem.removeprefix('Expected ')}") from None
 
 
-def _scene(table: SceneFile) -> Scene:
+def _scene(table: SceneFields) -> Scene:
     by_hand = [name for name in (*_BY_HAND, *_BESIDE) if getattr(table, name) is not None]
-    ready = [name for name in ("newton_rings", "air_wedge") if getattr(table, name) is not None]
+    ready = [name for name in BENCHES if getattr(table, name) is not None]
     if len(ready) + bool(by_hand) != 1:
         given = ", ".join(ready + by_hand) or "neither"
         raise ValueError(
@@ -223,7 +201,7 @@ def scene_text(scene: Scene, camera: Camera | None = None) -> str:
 
     light, shield, lens = scene.light, scene.shield, scene.collecting_lens
     state = [None if angle is None else float(angle) for angle in (light.polarization, light.ellipticity, light.degree)]
-    table = SceneFile(
+    table = _File(
         surfaces=tuple(map(surface, scene.surfaces)),
         media=tuple(map(float, scene.media)),
         beams=scene.beams,

@@ -48,8 +48,16 @@ def test_a_microscope_on_the_gap_focuses_where_the_glass_shows_it():
         ({"lens_thickness": 0.0}, "lens_thickness is 0.0; allowed: a positive thickness"),
         ({"plate_thickness": -1.0}, "plate_thickness is -1.0; allowed: a positive thickness"),
         ({"screen": "near"}, "screen is 'near'; allowed: a distance in metres, or 'gap'"),
+        ({"screen": True}, "screen is True; allowed: a distance"),
+        ({"wavelength": None}, "wavelength is None; allowed: a positive length"),
+        (
+            {"polarization_degree": 2.0, "polarization": 0.0},
+            "polarization_degree is 2.0; allowed: a number from 0 to 1",
+        ),
+        ({"beams": "R1"}, "beams is 'R1'; allowed: a sequence of names"),
+        ({"light_tilt": 0.1}, "light_tilt is 0.1; allowed: two angles"),
         ({"view": "above"}, "view is 'above'; allowed: 'transmitted' or 'reflected'"),
-        ({"index": -1.5}, "media is .*; allowed: positive refractive indices"),
+        ({"index": -1.5}, "index is -1.5; allowed: a positive refractive index"),
     ],
 )
 def test_a_bench_that_cannot_be_is_refused_with_field_value_and_allowed(given, message):

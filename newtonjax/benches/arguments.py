@@ -1,0 +1,88 @@
+"""The arguments of the ready benches, declared once: TOML tables, the shell's options and help, and checks are made of
+this table. No JAX here: the shell's `--help` reads it.
+"""
+
+from typing import Any, Literal, NamedTuple
+
+Kind = Literal["length", "wavelength", "screen", "angle", "angles", "index", "fraction", "view", "names"]
+Test = Literal["finite", "positive", "nonzero", "steep", "pair", "view", "screen", "names", "fraction"]
+
+
+class Argument(NamedTuple):
+    """One argument of one or more benches.
+
+    - `name`: in Python, in TOML, and with dashes in the shell.
+    - `kind`: what it measures, and so its unit: metres for lengths, radians for angles, none for the others.
+    - `default`: in SI units; None for what a bench does without.
+    - `shown`: the default as a reader sees it.
+    - `help`: one sentence, for the shell and for docs/scene.toml.
+    - `allowed`: what a value may be, for messages; `test`: the check of it.
+    - `benches`: that have it. An argument whose default differs has an entry for each bench.
+    """
+
+    name: str
+    kind: Kind
+    default: Any
+    shown: str
+    help: str
+    allowed: str
+    test: Test
+    benches: tuple[str, ...] = ("newton_rings", "air_wedge")
+
+
+_RINGS, _WEDGE = ("newton_rings",), ("air_wedge",)
+_ANGLES = "two finite angles in radians, about x and about y"
+_INDEX = "a positive refractive index"
+_SCREEN = "a distance in metres, or 'gap'"
+_THICKNESS = "a positive thickness in metres"
+_VIEW = "'transmitted' or 'reflected'"
+_VIEW_HELP = "The side that the light is seen on: transmitted or reflected."
+_SCREEN_HELP = "Distance of the screen behind the glass, or gap: a microscope focused on the gap."
+
+# In the order of the Python signatures.
+ARGUMENTS = (
+    Argument("radius", "length", 1.0, "1m", "Radius of the lens's convex face, negative for a concave one.",
+             "a non-zero radius in metres (infinite for a plane)", "nonzero", _RINGS),
+    Argument("angle", "angle", 1e-4, "0.1mrad", "Angle of the wedge.",
+             "an angle between -1.5 and 1.5 rad", "steep", _WEDGE),
+    Argument("wavelength", "wavelength", 589.3e-9, "589.3nm", "Vacuum wavelength.",
+             "a positive length in metres", "positive"),
+    Argument("gap", "length", 0.0, "0nm", "Gap at the apex, or on the wedge's axis; 0 is contact.",
+             "a finite height in metres", "finite"),
+    Argument("view", "view", "transmitted", "transmitted", _VIEW_HELP, _VIEW, "view", _RINGS),
+    Argument("view", "view", "reflected", "reflected", _VIEW_HELP, _VIEW, "view", _WEDGE),
+    Argument("screen", "screen", 1e-3, "1mm", _SCREEN_HELP, _SCREEN, "screen"),
+    Argument("index", "index", 1.5, "1.5", "Refractive index of the lens, or of both plates of a wedge.",
+             _INDEX, "positive"),
+    Argument("plate_index", "index", 1.5, "1.5", "Refractive index of the plate.", _INDEX, "positive", _RINGS),
+    Argument("gap_index", "index", 1.0, "1", "Refractive index of what fills the gap.", _INDEX, "positive"),
+    Argument("ambient_index", "index", 1.0, "1", "Refractive index of the surroundings.", _INDEX, "positive"),
+    Argument("lens_thickness", "length", 5e-3, "5mm", "Thickness of the lens on its axis.",
+             _THICKNESS, "positive", _RINGS),
+    Argument("plate_thickness", "length", 5e-3, "5mm", "Thickness of the plate.", _THICKNESS, "positive", _RINGS),
+    Argument("thickness", "length", 5e-3, "5mm", "Thickness of both plates.", _THICKNESS, "positive", _WEDGE),
+    Argument("lens_tilt", "angles", (0.0, 0.0), "none", "Rotations of the lens about its apex, about x and y.",
+             _ANGLES, "pair", _RINGS),
+    Argument("plate_tilt", "angles", (0.0, 0.0), "none", "Rotations of the plate about the origin, about x and y.",
+             _ANGLES, "pair", _RINGS),
+    Argument("light_tilt", "angles", (0.0, 0.0), "none", "Rotations of the light's direction about x and y.",
+             _ANGLES, "pair"),
+    Argument("polarization", "angle", None, "unpolarized", "Linear polarization from x towards y.",
+             "a finite angle in radians, or None for unpolarized light", "finite"),
+    Argument("polarization_degree", "fraction", None, "1 with a polarization", "Degree of polarization.",
+             "a number from 0 to 1, or None", "fraction"),
+    Argument("beams", "names", None, "the gap's two",
+             "Beams that meet, by their reflections at the faces (numbered from 0 on, as light meets them).",
+             "a sequence of names or words, such as ('R1', 'R2')", "names"),
+    Argument("shield", "length", None, "none", "Radius of a round hole in a shield where the light leaves.",
+             "a positive radius in metres, or None", "positive"),
+    Argument("collecting_lens", "length", None, "none",
+             "Focal length of a lens that images the gap on a screen at least four times as far away.",
+             "a positive focal length in metres, or None", "positive"),
+)  # fmt: skip
+BENCHES = ("newton_rings", "air_wedge")
+
+
+def arguments_of(bench: str) -> tuple[Argument, ...]:
+    """The arguments of a bench, in the order of its signature."""
+    return tuple(argument for argument in ARGUMENTS if bench in argument.benches)
