@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fitting.designs.prospects import FIELD, Bench, Layout, Limits
-from fitting.parameters import Knob, chosen, deviation, knobs, require_held, still
+from fitting.parameters import Knob, ParameterSpec, chosen, deviation, knobs, require_held, still
 from fitting.studies import free_beside
 from newtonjax.scene import Camera, Scene, middle
 
@@ -91,6 +91,6 @@ def with_field(camera: Camera, found: dict[str, Knob]) -> dict[str, Knob]:
     """
     field = min(camera.shape) * float(camera.pixel_size)
     return {
-        FIELD: Knob(FIELD, field, "m", field, still, True),
+        FIELD: Knob(ParameterSpec(FIELD, "L", "m", positive=True), field, field, still),
         **{k: v for k, v in found.items() if v.move is not still},
     }

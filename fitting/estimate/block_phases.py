@@ -8,10 +8,11 @@ import numpy as np
 
 from fitting.estimate.elimination import Fields
 from fitting.estimate.fringe_sums import PhaseAt, table_of
-from fitting.model import NUMBERS, Frame, GapModel, SceneModel, as_arrays, gap_phase, localize
+from fitting.model import Frame, GapModel, SceneModel, as_arrays, gap_phase, localize
+from fitting.parameters import NUMBERS, Numbers
 from fitting.photo import NODES, Grid
 
-_CURVATURE, _CONTACT = NUMBERS.index("curvature"), NUMBERS.index("contact")
+_CURVATURE = NUMBERS.index("curvature")
 # A tangent of a bench's phase holds to a millionth of a turn within a thousandth of one.
 _STRAIGHT = 1e-3
 
@@ -31,11 +32,13 @@ def _block_contrast(frame: Frame, numbers: np.ndarray) -> np.ndarray:
 
     f is the fringes' frequency along the side [cycles per pixel].
     """
-    k, left = numbers[_CURVATURE] / frame.unit**2, np.ones(len(frame.x))
-    for at, middle, offset in zip((frame.x, frame.y), frame.middle, numbers[1:3], strict=True):
+    by_name = Numbers(*numbers)
+    k, contrast = by_name.curvature / frame.unit**2, np.ones(len(frame.x))
+    offsets = (by_name.centre_x, by_name.centre_y)
+    for at, middle, offset in zip((frame.x, frame.y), frame.middle, offsets, strict=True):
         turn = np.pi * np.clip(2 * k * (at - middle - offset * frame.unit), -0.45 / frame.block, 0.45 / frame.block)
-        left *= np.sinc(frame.block * turn / np.pi) / np.sinc(turn / np.pi)
-    return left
+        contrast *= np.sinc(frame.block * turn / np.pi) / np.sinc(turn / np.pi)
+    return contrast
 
 
 class AbstractFringes(ABC):
@@ -68,32 +71,33 @@ class GapFringes(AbstractFringes):
 
     def fields(self, numbers: np.ndarray) -> Fields:
         frame = self.model.frame
-        phase, slopes = gap_phase.phase_and_slopes(self.model, frame.x, frame.y, numbers)
-        slopes = np.stack(slopes, axis=1)
-        slopes[:, 0] += self._shift
-        return Fields(phase + self._shift * numbers[_CURVATURE], slopes, frame.contrast)
+        phase, slopes = self.slopes_at(frame.x, frame.y, numbers)
+        return Fields(phase, np.stack([slopes[name] for name in NUMBERS], axis=1), frame.contrast)
 
     def edges(self, numbers: np.ndarray) -> PhaseAt | None:
-        disc = numbers[_CONTACT] * self.model.frame.unit**2
+        by_name = Numbers(*numbers)
+        disc = by_name.contact * self.model.frame.unit**2
         if not disc > 0:
             return None
         # Only the contact's own share has an edge, in r²: the nodes resolve both, and the rest of the phase.
-        frame, k = self.model.frame, numbers[_CURVATURE] / self.model.frame.unit**2
-        touching = np.where(np.arange(len(NUMBERS)) == _CONTACT, 0.0, numbers)
-        rest = table_of(gap_phase.phase(self.model, frame.x, frame.y, touching) + self._shift * numbers[_CURVATURE])
+        frame, k = self.model.frame, by_name.curvature / self.model.frame.unit**2
+        touching = np.array(Numbers(*numbers)._replace(contact=0.0))
+        smooth = gap_phase.phase(self.model, frame.x, frame.y, touching) + self._shift * by_name.curvature
+        table = table_of(smooth)
         square = table_of(gap_phase.squared_distance(self.model, frame.x, frame.y, numbers))
 
         def turns(grid: Grid, rows: slice) -> np.ndarray:
             along_y, along_x = grid.along_y[rows, :NODES], grid.along_x[:, :NODES].T
-            return along_y @ rest @ along_x + k * gap_phase.flattened(along_y @ square @ along_x, disc)
+            return along_y @ table @ along_x + k * gap_phase.flattened(along_y @ square @ along_x, disc)
 
         return turns
 
-    def slopes_at(self, x: np.ndarray, y: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    def slopes_at(self, x: np.ndarray, y: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Phase of blocks [turns] and its derivatives by each number at any position [px]."""
+        of_blocks = self._shift
         phase, slopes = gap_phase.phase_and_slopes(self.model, x, y, numbers)
-        slopes[0] = slopes[0] + self._shift
-        return phase + self._shift * numbers[_CURVATURE], slopes
+        slopes["curvature"] = slopes["curvature"] + of_blocks
+        return phase + of_blocks * numbers[_CURVATURE], slopes
 
     @property
     def _shift(self) -> float:

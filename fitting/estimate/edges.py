@@ -14,7 +14,8 @@ from fitting.estimate.elimination import CONTRAST, coefficients_of
 from fitting.estimate.fringe_sums import TUKEY, table_of
 from fitting.estimate.optimum import NormalMatrix, active_mask
 from fitting.estimate.solver import Problem
-from fitting.model import BACKGROUND, NUMBERS, degrees
+from fitting.model import BACKGROUND, degrees
+from fitting.parameters import NUMBERS
 from fitting.photo import Reduced
 
 _CHUNK = 64
@@ -91,7 +92,7 @@ def _normal_equations(problem: Problem, reduced: Reduced, values: np.ndarray, ac
         )
         modulus = sum(np.float32(a) * p for a, p in zip(swing[:highs], polynomials, strict=False)) * shade
         turned = np.float32(-2 * np.pi) * modulus * sine
-        columns = [turned * np.broadcast_to(slope, turns.shape)[inside].astype(np.float32) for slope in slopes]
+        columns = [turned * np.broadcast_to(slopes[name], turns.shape)[inside].astype(np.float32) for name in NUMBERS]
         columns += polynomials[:lows] + [p * cosine * shade for p in polynomials[:highs]]
         fit = sum(np.float32(a) * p for a, p in zip(smooth[:lows], polynomials, strict=False)) + modulus * cosine
         residual, weights = reduced.light[rows][inside] - fit, reduced.weights[rows][inside]

@@ -12,7 +12,8 @@ from fitting.estimate.elimination import CONTRAST, contrast_at_nodes, eliminate,
 from fitting.estimate.fringe_sums import Residuals, sums, table_of
 from fitting.estimate.optimum import NormalMatrix, choose_degrees, normal_matrix
 from fitting.estimate.solver import Problem, Solution, solve, stay
-from fitting.model import BACKGROUND, NUMBERS, GapModel, SceneModel, held_numbers
+from fitting.model import BACKGROUND, GapModel, SceneModel, free_numbers
+from fitting.parameters import Numbers
 from fitting.photo import Grid, Reduced, median, thin
 
 # Share of blocks beyond four standard deviations from which on they are outliers (a normal distribution: 6e-5), and
@@ -52,7 +53,7 @@ class Fitted:
 
     @property
     def numbers(self) -> np.ndarray:
-        """The model's, in the order of `model.NUMBERS`."""
+        """The model's, in the order of `parameters.NUMBERS`."""
         return self.solution.numbers
 
     @property
@@ -128,8 +129,7 @@ def problem_of(
     model: GapModel | SceneModel, fixed: dict, parts: tuple[str, ...], degrees: tuple[int, int] = (BACKGROUND, CONTRAST)
 ) -> Problem:
     """What the solver is asked, for what the user holds and the parts that are there."""
-    held = held_numbers(fixed, parts)
-    return Problem(fringes_of(model), tuple(name for k, name in enumerate(NUMBERS) if k not in held), degrees)
+    return Problem(fringes_of(model), free_numbers(fixed, parts), degrees)
 
 
 def robust_fit(
@@ -142,8 +142,7 @@ def robust_fit(
     """
     solution = _illuminated(model, reduced, starts, fixed, parts)
     if float(solution.point.modulus.mean()) < 0 and "phase" in solution.problem.free:
-        turned = solution.numbers.copy()
-        turned[3] += 0.5
+        turned = np.array(Numbers(*solution.numbers)._replace(phase=solution["phase"] + 0.5))
         solution = _illuminated(model, reduced, [turned], fixed, parts)
     left, scale = robust.residuals_of(solution, reduced, None), None
     spread = robust.spread_of(left, reduced.used)

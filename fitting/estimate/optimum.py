@@ -1,9 +1,10 @@
 """All that an optimum's normal matrix says: deviations, what parts would cost or gain, which degrees are needed.
 
-Unknowns in the order numbers (`model.NUMBERS`), background (28), contrast (15), free or not: so that score tests and
-drops need no further pass over the image.
+Unknowns in the order numbers (`parameters.NUMBERS`), background (28), contrast (15), free or not: so that score tests
+and drops need no further pass over the image.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +12,8 @@ from jaxtyping import Bool, Float64
 
 from fitting.estimate.elimination import CONTRAST, bent, contrast_at_nodes, pseudo_inverse, tilted
 from fitting.estimate.solver import Solution
-from fitting.model import BACKGROUND, NUMBERS, degrees
+from fitting.model import BACKGROUND, degrees
+from fitting.parameters import NUMBERS
 
 # Backgrounds and contrasts that are tried, as (degree, degree).
 SHAPES = ((0, 0), (1, 0), (1, 1), (2, 1), (2, 2), (3, 2), (4, 2), (4, 4), (6, 4))
@@ -59,46 +61,59 @@ class NormalMatrix:
         if not value[0] > _UNDETERMINED * value[-1]:
             pair = names[np.argsort(np.abs(vector[:, 0]))[-2:][::-1]]
             raise np.linalg.LinAlgError(f"{pair[0]} and {pair[1]} change the image alike")
-        found = np.zeros_like(self.matrix)
-        found[np.ix_(self.active, self.active)] = (vector / value) @ vector.T * variance / np.outer(size, size)
-        return found
+        covariance = np.zeros_like(self.matrix)
+        covariance[np.ix_(self.active, self.active)] = (vector / value) @ vector.T * variance / np.outer(size, size)
+        return covariance
 
-    def deviation(self, number: int, variance: float) -> float:
+    def deviation(self, name: str, variance: float) -> float:
         """Standard deviation of one of the free numbers."""
-        return float(np.sqrt(self.covariance(variance)[number, number]))
+        return float(np.sqrt(np.diag(self.covariance(variance))[NUMBERS.index(name)]))
 
     def rise_without(self, dropped: np.ndarray) -> float:
         """By how much chi-squared rises when some unknowns are set to zero, on the model linearized here."""
-        rest = self.active & ~dropped
-        away = self.values[dropped]
-        crossed = self.block(rest, dropped) @ away
-        return float(away @ self.block(dropped) @ away - crossed @ pseudo_inverse(self.block(rest), _RANK) @ crossed)
+        remaining = self.active & ~dropped
+        values = self.values[dropped]
+        crossed = self.block(remaining, dropped) @ values
+        inverse = pseudo_inverse(self.block(remaining), _RANK)
+        return float(values @ self.block(dropped) @ values - crossed @ inverse @ crossed)
 
-    def drop_with(self, numbers: np.ndarray) -> float:
-        """By how much chi-squared would drop if some held unknowns became free (Rao's score test, 1948)."""
-        return score_drop(self, self.matrix[:, numbers], self.matrix[np.ix_(numbers, numbers)], self.gradient[numbers])
+    def drop_with(self, names: Iterable[str]) -> float:
+        """By how much chi-squared would drop if some held numbers became free (Rao's score test, 1948)."""
+        slots = [NUMBERS.index(name) for name in names]
+        return score_drop(self, self.matrix[:, slots], self.matrix[np.ix_(slots, slots)], self.gradient[slots])
 
-    def shift(self, crossed: np.ndarray) -> np.ndarray:
-        """Change of the free unknowns that makes up for one of the image, of which Jᵀ W change is given [unknowns]."""
-        return -self.inverse() @ crossed[self.active]
+    def shift(self, crossed: np.ndarray) -> Float64[np.ndarray, " numbers"]:
+        """Change of the numbers that makes up for one of the image, of which Jᵀ W change is given [unknowns].
 
-    def own_deviation(self, number: int, variance: float) -> float:
+        Of many changes [unknowns, n]: [numbers, n]. Zero where a number is not free.
+        """
+        change = np.zeros(crossed.shape)
+        change[self.active] = -self.inverse() @ crossed[self.active]
+        return change[: len(NUMBERS)]
+
+    def shift_by(self, name: str) -> Float64[np.ndarray, " numbers"]:
+        """Change of the numbers when one that is held moves by one: the implicit function theorem."""
+        return self.shift(self.matrix[:, NUMBERS.index(name)])
+
+    def deviation_if_free(self, name: str, variance: float) -> float:
         """Standard deviation that a held number would have if it were free."""
-        crossed = self.matrix[self.active, number]
-        own = self.matrix[number, number] - crossed @ self.inverse() @ crossed
-        return float(np.sqrt(variance / own)) if own > 0 else np.inf
+        slot = NUMBERS.index(name)
+        crossed = self.matrix[self.active, slot]
+        remaining = self.matrix[slot, slot] - crossed @ self.inverse() @ crossed
+        return float(np.sqrt(variance / remaining)) if remaining > 0 else np.inf
 
 
-def score_drop(here: NormalMatrix, crossed: np.ndarray, own: np.ndarray, gradient: np.ndarray) -> float:
+def score_drop(normal: NormalMatrix, crossed: np.ndarray, among: np.ndarray, gradient: np.ndarray) -> float:
     """Drop of chi-squared when columns join: their products with all unknowns, among themselves, and their gradient."""
-    crossed = crossed[here.active]
-    share = here.inverse() @ crossed
-    left = own - crossed.T @ share
-    slope = gradient - share.T @ here.gradient[here.active]
-    good = np.diag(left) > 1e-12 * np.diag(own)
-    if not good.any():
+    crossed = crossed[normal.active]
+    share = normal.inverse() @ crossed
+    remaining = among - crossed.T @ share
+    slope = gradient - share.T @ normal.gradient[normal.active]
+    independent = np.diag(remaining) > 1e-12 * np.diag(among)
+    if not independent.any():
         return 0.0
-    return float(slope[good] @ pseudo_inverse(left[np.ix_(good, good)], 1e-10) @ slope[good])
+    inverse = pseudo_inverse(remaining[np.ix_(independent, independent)], 1e-10)
+    return float(slope[independent] @ inverse @ slope[independent])
 
 
 def active_mask(moving: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
@@ -185,4 +200,5 @@ def choose_degrees(here: NormalMatrix, chi2: float, weight: float, pixels: float
 
 def _names() -> list[str]:
     low, high = (len(degrees(most)) for most in (BACKGROUND, CONTRAST))
-    return [*NUMBERS, *["background"] * low, *["contrast"] * high]
+    names = [name.replace("_", " ") for name in NUMBERS]
+    return [*names, *["background"] * low, *["contrast"] * high]

@@ -10,7 +10,8 @@ from fitting.estimate.elimination import contrast_at_nodes, image_of, normal_equ
 from fitting.estimate.fringe_sums import Image, Residuals, fused, residuals
 from fitting.estimate.optimum import normal_matrix
 from fitting.estimate.solver import Problem, Solution, descend
-from fitting.model import BACKGROUND, NUMBERS, degrees
+from fitting.model import BACKGROUND, degrees
+from fitting.parameters import NUMBERS
 from fitting.photo import Reduced, median, thin
 
 # A step below this share of the numbers' standard deviation, correlation of residuals included, ends the rounds.

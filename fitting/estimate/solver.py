@@ -32,7 +32,8 @@ from fitting.estimate.elimination import (
     normal_equations,
 )
 from fitting.estimate.fringe_sums import Image, sums
-from fitting.model import BACKGROUND, NUMBERS
+from fitting.model import BACKGROUND
+from fitting.parameters import NUMBERS
 from fitting.photo import Reduced
 
 # A phase further from the moments' reference [turns] is not followed without new ones; within the second, or where the
@@ -49,7 +50,7 @@ _ROUNDING = 1e-9
 class Problem:
     """What is fitted: the phase's model, which of its numbers move, the illumination's degrees, and priors.
 
-    `free`: names of `model.NUMBERS`; the others stay as they start. `degrees`: of background (0 to 6) and contrast
+    `free`: names of `parameters.NUMBERS`; the others stay as they start. `degrees`: of background (0 to 6) and contrast
     (0 to 4). `prior`: by name (value, standard deviation), normal; `variance`: of the light per unit weight, in which
     they weigh against the image.
     """
@@ -67,15 +68,14 @@ class Problem:
     @cached_property
     def pull(self) -> tuple[np.ndarray, np.ndarray]:
         """Centres of the priors and what a unit away from them costs, in chi-squared; by number, zero without."""
-        centre, cost = np.zeros(len(NUMBERS)), np.zeros(len(NUMBERS))
-        for name, (value, sd) in self.prior.items():
-            centre[NUMBERS.index(name)], cost[NUMBERS.index(name)] = value, self.variance / sd**2
-        return centre, cost
+        none = (0.0, np.inf)
+        centre, sd = np.array([self.prior.get(name, none) for name in NUMBERS]).T
+        return centre, self.variance / sd**2
 
 
 @dataclass(frozen=True)
 class Solution:
-    """An optimum: the numbers in the order of `model.NUMBERS`, and what is known of them.
+    """An optimum: the numbers in the order of `parameters.NUMBERS`, and what is known of them.
 
     - `normal`: the moments that it is the optimum of; `point`: chi-squared and its derivatives there.
     - `converged`; `excursion`: largest distance of the phase from the moments' reference, over the nodes [turns].
@@ -94,7 +94,7 @@ class Solution:
     steps: int = 0
 
     def __getitem__(self, name: str) -> float:
-        """A number by its name in `model.NUMBERS`."""
+        """A number by its name in `parameters.NUMBERS`."""
         return float(self.numbers[NUMBERS.index(name)])
 
     @property

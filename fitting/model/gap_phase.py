@@ -3,12 +3,11 @@
 The formula is that of `model.GapModel`, which is its form for JAX; tests hold the two together.
 """
 
-from typing import Any
-
 import numpy as np
 from jaxtyping import Float
 
-from fitting.model.phase import NUMBERS, GapModel
+from fitting.model.phase import GapModel
+from fitting.parameters import Numbers
 
 _FLOOR = 1e-6
 
@@ -16,39 +15,40 @@ _FLOOR = 1e-6
 class _Offset:
     """Offset from the rings' centre on the object [px], and its derivatives; `phase.on_object` without view."""
 
-    def __init__(self, model: GapModel, x, y, numbers):
-        _, x0, y0, _, _, _, kappa, _, fifth = numbers
+    def __init__(self, model: GapModel, x, y, numbers: Numbers):
+        x0, y0, kappa, fifth = numbers.centre_x, numbers.centre_y, numbers.distortion, numbers.distortion_fifth_order
         unit, (middle_x, middle_y) = model.frame.unit, model.frame.middle
         ux, uy = (x - middle_x) / unit, (y - middle_y) / unit
         u2 = ux * ux + uy * uy
         m2 = min(x0 * x0 + y0 * y0, 1.0)
-        here, there = 1 + u2 * (kappa + fifth * u2), 1 + m2 * (kappa + fifth * m2)
+        by_pixel, by_centre = 1 + u2 * (kappa + fifth * u2), 1 + m2 * (kappa + fifth * m2)
         self.unit, self.centre, self.u2, self.m2, self.ux, self.uy = unit, (x0, y0), u2, m2, ux, uy
-        self.there = there
+        self.by_centre = by_centre
         # How the centre's own factor grows with its squared distance; beyond the frame it does not.
         self.growth = 2 * (kappa + 2 * fifth * m2) if m2 < 1 else 0.0
-        self.dx, self.dy = (ux * here - x0 * there) * unit, (uy * here - y0 * there) * unit
+        self.dx, self.dy = (ux * by_pixel - x0 * by_centre) * unit, (uy * by_pixel - y0 * by_centre) * unit
 
     def slopes(self, along_x, along_y):
         """Derivatives of a function of the offset by centre x, centre y, distortion and fifth order."""
         x0, y0 = self.centre
-        both = x0 * along_x + y0 * along_y
-        by_x0 = -self.unit * (self.there * along_x + self.growth * x0 * both)
-        by_y0 = -self.unit * (self.there * along_y + self.growth * y0 * both)
+        inwards = x0 * along_x + y0 * along_y
+        by_x0 = -self.unit * (self.by_centre * along_x + self.growth * x0 * inwards)
+        by_y0 = -self.unit * (self.by_centre * along_y + self.growth * y0 * inwards)
         radial = self.ux * along_x + self.uy * along_y
-        by_kappa = self.unit * (self.u2 * radial - self.m2 * both)
-        by_fifth = self.unit * (self.u2 * self.u2 * radial - self.m2 * self.m2 * both)
+        by_kappa = self.unit * (self.u2 * radial - self.m2 * inwards)
+        by_fifth = self.unit * (self.u2 * self.u2 * radial - self.m2 * self.m2 * inwards)
         return by_x0, by_y0, by_kappa, by_fifth
 
 
 def phase(model: GapModel, x, y, numbers: Float[np.ndarray, " free"]) -> np.ndarray:
     """Phase [turns] at pixel positions [px] that broadcast against each other."""
-    curvature, _, _, shift, stretch, shear, _, contact, _ = numbers
-    offset, unit2 = _Offset(model, x, y, numbers), model.frame.unit**2
-    r2, k = _stretched(offset.dx, offset.dy, stretch, shear)[0], curvature / unit2
+    by_name = Numbers(*numbers)
+    stretch, shear, contact = by_name.stretch, by_name.shear, by_name.contact
+    offset, unit2 = _Offset(model, x, y, by_name), model.frame.unit**2
+    r2, k = _stretched(offset.dx, offset.dy, stretch, shear)[0], by_name.curvature / unit2
     spheres = _spheres(model, r2, k, stretch, shear)[0]
     flat = 0.0 if contact == 0 else flattened(r2, contact * unit2)
-    return k * (r2 * spheres + flat) + shift
+    return k * (r2 * spheres + flat) + by_name.phase
 
 
 def flattened(r2, a2: float) -> np.ndarray:
@@ -58,36 +58,39 @@ def flattened(r2, a2: float) -> np.ndarray:
 
 def squared_distance(model: GapModel, x, y, numbers: Float[np.ndarray, " free"]) -> np.ndarray:
     """Squared distance of pixels from the rings' centre on the object [px²]."""
-    offset = _Offset(model, x, y, numbers)
-    return _stretched(offset.dx, offset.dy, *numbers[4:6])[0]
+    by_name = Numbers(*numbers)
+    offset = _Offset(model, x, y, by_name)
+    return _stretched(offset.dx, offset.dy, by_name.stretch, by_name.shear)[0]
 
 
-def phase_and_slopes(model: GapModel, x, y, numbers: Float[np.ndarray, " free"]) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Phase [turns] at pixel positions [px], and its derivatives by each of `model.NUMBERS`."""
-    curvature, _, _, shift, stretch, shear, _, contact, _ = numbers
-    offset, unit2 = _Offset(model, x, y, numbers), model.frame.unit**2
+def phase_and_slopes(
+    model: GapModel, x, y, numbers: Float[np.ndarray, " free"]
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Phase [turns] at pixel positions [px], and its derivatives by each of `parameters.NUMBERS`."""
+    by_name = Numbers(*numbers)
+    stretch, shear = by_name.stretch, by_name.shear
+    offset, unit2 = _Offset(model, x, y, by_name), model.frame.unit**2
     r2, r2_dx, r2_dy, r2_a, r2_b = _stretched(offset.dx, offset.dy, stretch, shear)
-    k = curvature / unit2
+    k = by_name.curvature / unit2
     spheres, spheres_r2, spheres_k, spheres_l = _spheres(model, r2, k, stretch, shear)
-    hertz, outwards, pressing = _hertz(r2, contact * unit2)
+    hertz, outwards, pressing = _hertz(r2, by_name.contact * unit2)
     reach = r2 * spheres + hertz - r2
     along = k * (spheres + r2 * spheres_r2 + outwards - 1)
     # The view's own factor L = exp(sqrt(a² + b² + 1e-12) - 1e-6): dL = L (a da + b db) / sqrt(a² + b² + 1e-12).
     tilt = np.sqrt(stretch**2 + shear**2 + 1e-12)
     longer = k * r2 * spheres_l * np.exp(tilt - 1e-6) / tilt
     by_x0, by_y0, by_kappa, by_fifth = offset.slopes(along * r2_dx, along * r2_dy)
-    slopes: dict[str, Any] = {
+    return k * reach + by_name.phase, {
         "curvature": (reach + k * r2 * spheres_k) / unit2,
-        "centre x": by_x0,
-        "centre y": by_y0,
+        "centre_x": by_x0,
+        "centre_y": by_y0,
         "phase": np.ones_like(r2),
         "stretch": along * r2_a + longer * stretch,
         "shear": along * r2_b + longer * shear,
         "distortion": by_kappa,
         "contact": k * unit2 * pressing,
-        "distortion 5": by_fifth,
+        "distortion_fifth_order": by_fifth,
     }
-    return k * reach + shift, [slopes[name] for name in NUMBERS]
 
 
 def _stretched(dx, dy, a, b):

@@ -3,6 +3,7 @@
 A model turns a few free numbers, all of order one, into the phase and the shape of the contrast at an image's nodes.
 """
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import equinox as eqx
@@ -13,14 +14,19 @@ from jaxtyping import Array, Float
 from numpy.polynomial.chebyshev import chebvander
 
 from fitting.model.basis import ENVELOPE, node_grid
-from fitting.parameters import change, raise_lens
+from fitting.parameters import NUMBERS, Numbers, change, raise_lens
 from newtonjax.fields import fields_at, polar
 from newtonjax.numerics import chebyshev
 from newtonjax.scene import Scene, hertz_gap
 
-# Free numbers of every model. The first four are always there; the others belong to a part, and are 0 without it.
-NUMBERS = ("curvature", "centre x", "centre y", "phase", "stretch", "shear", "distortion", "contact", "distortion 5")
-PARTS = {"oblique view": (4, 5), "distortion": (6,), "fifth order": (8,), "contact": (7,), "film": ()}
+# Numbers of the parts of a model; without its part a number is 0.
+PARTS = {
+    "oblique view": ("stretch", "shear"),
+    "distortion": ("distortion",),
+    "fifth order": ("distortion_fifth_order",),
+    "contact": ("contact",),
+    "film": (),
+}
 
 # A bench is traced on this many nodes to a side: its phase is far smoother than an image's products.
 _TRACED = 13
@@ -42,14 +48,21 @@ class Frame(NamedTuple):
     contrast: np.ndarray | None = None
 
 
-def held_numbers(fixed: dict, parts: tuple[str, ...] = ()) -> tuple[int, ...]:
-    """Which of a model's numbers do not move, for what the user fixed by name, and the parts that are there.
+def numbers_of(parts: Iterable[str]) -> tuple[str, ...]:
+    """Names of the numbers that belong to parts."""
+    return tuple(name for part in parts for name in PARTS[part])
+
+
+def free_numbers(fixed: dict, parts: tuple[str, ...] = ()) -> tuple[str, ...]:
+    """Names of the numbers that move, for what the user fixed by name, and the parts that are there.
 
     A contact pins the phase, unless a film keeps the pressed faces apart.
     """
     pinned = "gap" in fixed or ("contact" in parts and "film" not in parts)
-    held = ((1, 2) if "centre_px" in fixed else ()) + ((3,) if pinned else ())
-    return held + tuple(k for part, numbers in PARTS.items() if part not in parts for k in numbers)
+    held = {*numbers_of(part for part in PARTS if part not in parts), *(("phase",) if pinned else ())}
+    if "centre_px" in fixed:
+        held |= {"centre_x", "centre_y"}
+    return tuple(name for name in NUMBERS if name not in held)
 
 
 def on_object(frame: Frame, x, y, free: Float[Array, " free"]):
@@ -62,15 +75,17 @@ def on_object(frame: Frame, x, y, free: Float[Array, " free"]):
       both together this matrix of determinant 1 is left, with sqrt(a² + b²) = -ln cos θ; so the curvature keeps
       its meaning. Pixels of unequal sides do the same when the pixel size is the geometric mean of both.
     """
-    _, x0, y0, _, a, b, kappa, _, fifth = free
+    numbers = Numbers(*free)
+    x0, y0, a, b = numbers.centre_x, numbers.centre_y, numbers.stretch, numbers.shear
+    kappa, fifth = numbers.distortion, numbers.distortion_fifth_order
     ux, uy = (x - frame.middle[0]) / frame.unit, (y - frame.middle[1]) / frame.unit
 
     def out(u2):
         return 1 + u2 * (kappa + fifth * u2)
 
     # The centre is a pixel too; beyond the frame nothing is known of the lens.
-    here, there = out(ux * ux + uy * uy), out(jnp.minimum(x0 * x0 + y0 * y0, 1.0))
-    dx, dy = (ux * here - x0 * there) * frame.unit, (uy * here - y0 * there) * frame.unit
+    by_pixel, by_centre = out(ux * ux + uy * uy), out(jnp.minimum(x0 * x0 + y0 * y0, 1.0))
+    dx, dy = (ux * by_pixel - x0 * by_centre) * frame.unit, (uy * by_pixel - y0 * by_centre) * frame.unit
     # cosh and sinh(m)/m of m² = (a² + b²) / 4, as series: they have no root at 0, and 1e-9 is left at m = 0.4.
     m2 = (a * a + b * b) / 4
     even, odd = 1 + m2 / 2 * (1 + m2 / 12 * (1 + m2 / 30)), (1 + m2 / 6 * (1 + m2 / 20 * (1 + m2 / 42))) / 2
@@ -95,17 +110,18 @@ class GapModel(eqx.Module):
     def __call__(self, free: Float[Array, " free"]) -> Float[Array, "2 nodes"]:
         """Phase [turns] and relative contrast at the nodes."""
         phase = self.phase(self.frame.x, self.frame.y, free)
-        phase = phase + free[0] * (self.frame.block**2 - 1) / (6 * self.frame.unit**2)
+        phase = phase + Numbers(*free).curvature * (self.frame.block**2 - 1) / (6 * self.frame.unit**2)
         return jnp.stack([phase, jnp.ones_like(phase) if self.frame.contrast is None else self.frame.contrast])
 
     def phase(self, x, y, free: Float[Array, " free"]):
         """Phase [turns] at pixel positions [px]."""
-        k = free[0] / self.frame.unit**2
+        numbers = Numbers(*free)
+        k = numbers.curvature / self.frame.unit**2
         dx, dy = on_object(self.frame, x, y, free)
         r2 = dx * dx + dy * dy
         factor, power = self.sphere
         # At an angle the object reaches 1/cos θ further than that matrix says; 1e-12 keeps the root's slope finite.
-        longer = jnp.exp(jnp.sqrt(free[4] ** 2 + free[5] ** 2 + 1e-12) - 1e-6)
+        longer = jnp.exp(jnp.sqrt(numbers.stretch**2 + numbers.shear**2 + 1e-12) - 1e-6)
         both = factor * jnp.abs(k) ** power
         share = self.plate / jnp.where(both == 0, 1.0, both)
 
@@ -114,8 +130,8 @@ class GapModel(eqx.Module):
             return 2 / (1 + jnp.where(inside > 1e-6, jnp.sqrt(jnp.where(inside > 1e-6, inside, 1.0)), 1e-3))
 
         spheres = (1 - share) * steepened(both - self.plate) + share * steepened(self.plate)
-        flattened = hertz_gap(r2, free[7] * self.frame.unit**2) - r2
-        return k * (r2 * spheres + flattened) + free[3]
+        flattened = hertz_gap(r2, numbers.contact * self.frame.unit**2) - r2
+        return k * (r2 * spheres + flattened) + numbers.phase
 
 
 class SceneModel(eqx.Module):
@@ -133,7 +149,8 @@ class SceneModel(eqx.Module):
 
     def __call__(self, free: Float[Array, " free"]) -> Float[Array, "2 nodes"]:
         """Phase [turns] and relative contrast at the nodes, traced on fewer and interpolated."""
-        ratio, rise = free[0], free[3]
+        numbers = Numbers(*free)
+        ratio, rise = numbers.curvature, numbers.phase
         scene = raise_lens(self.scene, rise * self.scene.wavelength / 2)
         pixel_size = self.pixel_size * (1 + ratio) if self.unknown == "pixel_size" else self.pixel_size
         if self.unknown != "pixel_size":

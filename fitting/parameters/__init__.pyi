@@ -23,3 +23,11 @@ from fitting.parameters.fringe_scale import quantities as quantities
 from fitting.parameters.known import Known as Known
 from fitting.parameters.known import deviation as deviation
 from fitting.parameters.known import require_held as require_held
+from fitting.parameters.table import TABLE as TABLE
+from fitting.parameters.table import ParameterSpec as ParameterSpec
+from fitting.parameters.vector import NUMBERS as NUMBERS
+from fitting.parameters.vector import Numbers as Numbers
+from fitting.parameters.vector import block_of as block_of
+from fitting.parameters.vector import rescaled as rescaled
+from fitting.parameters.vector import result_names as result_names
+from fitting.parameters.vector import slots_of as slots_of

@@ -10,6 +10,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.parameters.table import TABLE, ParameterSpec
 from newtonjax.scene import Camera, Scene, dot, frame, gap_height, middle, require_bench, required_gap
 
 Bench = tuple[Scene, Camera]
@@ -21,15 +22,25 @@ class Knob:
 
     - `value`: as it stands [`unit`]; `scale`: a step that matters [`unit`], its size where it has one.
     - `move`: (scene, camera), and by how much [`unit`], to (scene, camera); differentiable.
-    - `positive`: whether only its ratios mean something.
     """
 
-    name: str
+    spec: ParameterSpec
     value: float
-    unit: str
     scale: float
     move: Callable[[Scene, Camera, Any], Bench]
-    positive: bool = False
+
+    @property
+    def name(self) -> str:
+        return self.spec.name
+
+    @property
+    def unit(self) -> str:
+        return self.spec.unit
+
+    @property
+    def positive(self) -> bool:
+        """Whether only its ratios mean something."""
+        return self.spec.positive
 
 
 def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
@@ -43,47 +54,51 @@ def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
     require_bench(scene, camera)
     upper = required_gap(scene)
     centre = middle(camera.shape) if camera.centre_px is None else tuple(map(float, camera.centre_px))
-    found = [
-        Knob("wavelength", float(scene.wavelength), "m", float(scene.wavelength), _wavelength, True),
-        Knob("gap", gap_height(scene), "m", float(scene.wavelength), _gap),
-        Knob("pixel_size", float(camera.pixel_size), "m", float(camera.pixel_size), _pixel_size, True),
-        Knob("centre_x", centre[0], "px", 1.0, _centre(0)),
-        Knob("centre_y", centre[1], "px", 1.0, _centre(1)),
+    present = [
+        _knob("wavelength", float(scene.wavelength), _wavelength),
+        _knob("gap", gap_height(scene), _gap, float(scene.wavelength)),
+        _knob("pixel_size", float(camera.pixel_size), _pixel_size),
+        _knob("centre_x", centre[0], _centre(0), 1.0),
+        _knob("centre_y", centre[1], _centre(1), 1.0),
         _index("index", scene, upper),
         _index("gap_index", scene, upper + 1),
         _index("plate_index", scene, upper + 2),
         _distance(scene),
-        Knob("exposure", float(camera.exposure), "photoelectrons", float(camera.exposure), _exposure, True),
-        Knob("stray", 0.0, "", 1.0, still),
-        Knob("contrast", 1.0, "", 1.0, still, True),
+        _knob("exposure", float(camera.exposure), _exposure),
+        _knob("stray", 0.0, still, 1.0),
+        _knob("contrast", 1.0, still, 1.0),
     ]
     lower = upper + 1
     for axis, name in enumerate("xy"):
-        found += [
-            Knob(f"light_tilt_{name}", float(scene.light.tilt[axis]), "rad", 1e-3, _light(axis)),
-            Knob(f"plate_tilt_{name}", float(scene.surfaces[lower].tilt[axis]), "rad", 1e-3, _plate(lower, axis)),
+        present += [
+            _knob(f"light_tilt_{name}", float(scene.light.tilt[axis]), _light(axis), 1e-3),
+            _knob(f"plate_tilt_{name}", float(scene.surfaces[lower].tilt[axis]), _plate(lower, axis), 1e-3),
         ]
     try:
         face = curved_surface(scene)
     except ValueError:
-        return {knob.name: knob for knob in found}
+        return {knob.name: knob for knob in present}
     radius = 1 / float(scene.surfaces[face].curvature)
-    found.insert(0, Knob("radius", radius, "m", abs(radius), _radius(face), True))
-    return {knob.name: knob for knob in found}
+    present.insert(0, _knob("radius", radius, _radius(face), abs(radius)))
+    return {knob.name: knob for knob in present}
 
 
-def chosen(known: dict[str, Knob], names: tuple[str, ...]) -> dict[str, Knob]:
+def _knob(name: str, value: float, move, scale: float | None = None) -> Knob:
+    return Knob(TABLE[name], value, value if scale is None else scale, move)
+
+
+def chosen(present: dict[str, Knob], names: tuple[str, ...]) -> dict[str, Knob]:
     """Some of `knobs`, in the order of their names. Raises ValueError for what is not there, and for none."""
-    if wrong := [name for name in names if name not in known]:
-        why = " (no face of its gap is curved)" if "radius" in wrong and "radius" not in known else ""
-        near = get_close_matches(wrong[0], known, 1)
+    if absent := [name for name in names if name not in present]:
+        why = " (no face of its gap is curved)" if "radius" in absent and "radius" not in present else ""
+        near = get_close_matches(absent[0], present, 1)
         meant = f", perhaps {near[0]}" if near else ""
-        raise ValueError(f"{wrong[0]!r} is no number of this scene{why}; allowed: {', '.join(known)}{meant}")
+        raise ValueError(f"{absent[0]!r} is no number of this scene{why}; allowed: {', '.join(present)}{meant}")
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise ValueError(f"{twice[0]} is named twice; give each number at most once")
     if not names:
-        raise ValueError(f"no number is named; allowed: {', '.join(known)}")
-    return {name: known[name] for name in names}
+        raise ValueError(f"no number is named; allowed: {', '.join(present)}")
+    return {name: present[name] for name in names}
 
 
 def still(scene: Scene, camera: Camera, by) -> Bench:
@@ -124,8 +139,7 @@ def _centre(axis: int):
 
 
 def _index(name: str, scene: Scene, at: int) -> Knob:
-    value = float(scene.media[at])
-    return Knob(name, value, "", value, _medium(at), True)
+    return _knob(name, float(scene.media[at]), _medium(at))
 
 
 @cache
@@ -141,13 +155,13 @@ def _distance(scene: Scene) -> Knob:
     down = scene.view == "transmitted"
     face = scene.surfaces[-1 if down else 0]
     value = float(scene.screen.vertex[2] - face.vertex[2]) * (-1 if down else 1)
-    return Knob("screen", value, "m", abs(value) or 1e-3, _screen(-1.0 if down else 1.0))
+    return _knob("screen", value, _screen(-1.0 if down else 1.0), abs(value) or 1e-3)
 
 
 @cache
-def _screen(way: float):
+def _screen(sign: float):
     def move(scene, camera, by):
-        return eqx.tree_at(lambda s: s.screen.vertex, scene, scene.screen.vertex + np.array([0, 0, way]) * by), camera
+        return eqx.tree_at(lambda s: s.screen.vertex, scene, scene.screen.vertex + np.array([0, 0, sign]) * by), camera
 
     return move
 
@@ -168,12 +182,12 @@ def _light(axis: int):
 def _plate(lower: int, axis: int):
     def move(scene, camera, by):
         pivot = scene.surfaces[lower].vertex
-        moved = []
+        changed = []
         for surface in scene.surfaces[lower:]:
             tilt, offset = surface.tilt + np.eye(2)[axis] * by, surface.vertex - pivot
             turned = [new * dot(old, offset) for new, old in zip(frame(tilt), frame(surface.tilt), strict=True)]
-            moved += [pivot + turned[0] + turned[1] + turned[2], tilt]
-        return eqx.tree_at(_below, scene, moved), camera
+            changed += [pivot + turned[0] + turned[1] + turned[2], tilt]
+        return eqx.tree_at(_below, scene, changed), camera
 
     def _below(scene):
         return [part for surface in scene.surfaces[lower:] for part in (surface.vertex, surface.tilt)]
@@ -215,10 +229,10 @@ def raise_lens(scene: Scene, height) -> Scene:
     up = np.array([0.0, 0.0, 1.0]) * height
     upper = required_gap(scene)
 
-    def moved(s: Scene):
+    def raised(s: Scene):
         parts = [s.surfaces[k].vertex for k in range(upper + 1)]
         if s.view == "transmitted":
             return parts
         return [*parts, s.screen.vertex, *(part.vertex for part in (s.shield, s.collecting_lens) if part is not None)]
 
-    return eqx.tree_at(moved, scene, [vertex + up for vertex in moved(scene)])
+    return eqx.tree_at(raised, scene, [vertex + up for vertex in raised(scene)])

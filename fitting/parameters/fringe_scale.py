@@ -6,28 +6,29 @@ from types import MappingProxyType
 
 import numpy as np
 
+from fitting.parameters.table import TABLE
+
 # ln k = Σ exponent ln quantity, for the fringe scale k = n s² / (R λ).
 EXPONENTS = {"radius": -1, "wavelength": -1, "pixel_size": 2, "index": 1}
-# What can be meant [m]; outside of it a unit was mistaken.
-RANGES = {"radius": (1e-6, 1e6), "wavelength": (1e-9, 1e-3), "pixel_size": (1e-9, 1e-1), "index": (0.1, 10.0)}
 
 
 def number(name: str, value) -> float:
     """A finite number out of what was given. Raises ValueError for anything else."""
     try:
-        found = float(np.asarray(value).item())
+        result = float(np.asarray(value).item())
     except (TypeError, ValueError):
-        found = np.nan
-    if not np.isfinite(found):
+        result = np.nan
+    if not np.isfinite(result):
         raise ValueError(f"{name} is {value!r}; allowed: one finite number in SI units")
-    return found
+    return result
 
 
 def check_quantity(name: str, value, kind: str = "") -> None:
-    """Raise ValueError for what cannot be meant; `kind` is the quantity whose range it has, if not its own."""
-    low, high = RANGES[kind or name]
+    """Raise ValueError for what cannot be meant; `kind` is the quantity whose bounds it has, if not its own."""
+    spec = TABLE[kind or name]
+    low, high = spec.bounds
     if value is not None and not low <= number(name, value) <= high:
-        raise ValueError(f"{name} is {value}; allowed: {low:g} to {high:g}{'' if name == 'index' else ' m'}")
+        raise ValueError(f"{name} is {value}; allowed: {low:g} to {high:g}{spec.in_unit}")
 
 
 def check_deviation(name: str, sd, value) -> None:
@@ -45,28 +46,30 @@ def checked_fixed(fixed) -> dict:
 
 def checked_start(start) -> dict:
     """What the user starts from, as numbers. Raises ValueError for other names or values, or where one is missing."""
-    found = _checked("start", start, {"radius", "fringe_scale_per_px2"})
+    numbers = _checked("start", start, {"radius", "fringe_scale_per_px2"})
     for name in ("radius", "fringe_scale_per_px2"):
-        if name in found and found[name] <= 0:
-            raise ValueError(f"start: {name} is {found[name]:g}; allowed: above zero")
-    if found and ("centre_px" not in found or len(found) < 2):
+        if name in numbers and numbers[name] <= 0:
+            raise ValueError(f"start: {name} is {numbers[name]:g}; allowed: above zero")
+    if numbers and ("centre_px" not in numbers or len(numbers) < 2):
         raise ValueError("start needs centre_px, and radius or fringe_scale_per_px2; without it the rings are searched")
-    return found
+    return numbers
 
 
-def _checked(what: str, given, scalars: set[str]) -> dict:
-    if given is None:
+def _checked(argument: str, values, scalars: set[str]) -> dict:
+    if values is None:
         return {}
     allowed = sorted({"centre_px", *scalars})
-    if not isinstance(given, Mapping) or set(given) - set(allowed):
-        raise ValueError(f"{what} is {given!r}; allowed: a mapping of {', '.join(allowed)}")
-    found: dict = {name: number(f"{what}: {name}", given[name]) for name in given if name in scalars}
-    if "centre_px" in given:
-        pair = np.atleast_1d(np.asarray(given["centre_px"], dtype=object))
+    if not isinstance(values, Mapping) or set(values) - set(allowed):
+        raise ValueError(f"{argument} is {values!r}; allowed: a mapping of {', '.join(allowed)}")
+    numbers: dict = {name: number(f"{argument}: {name}", values[name]) for name in values if name in scalars}
+    if "centre_px" in values:
+        pair = np.atleast_1d(np.asarray(values["centre_px"], dtype=object))
         if pair.shape != (2,):
-            raise ValueError(f"{what}: centre_px is {given['centre_px']!r}; allowed: two numbers, (x, y) in pixels")
-        found["centre_px"] = tuple(number(f"{what}: centre_px", value) for value in pair)
-    return found
+            raise ValueError(
+                f"{argument}: centre_px is {values['centre_px']!r}; allowed: two numbers, (x, y) in pixels"
+            )
+        numbers["centre_px"] = tuple(number(f"{argument}: centre_px", value) for value in pair)
+    return numbers
 
 
 @dataclass(frozen=True)
@@ -89,11 +92,11 @@ class Quantities:
             raise ValueError(f"{missing} are not given; one quantity can be measured when the other three are given")
         return self.unknown
 
-    def solve(self, scale, other: Mapping = MappingProxyType({})):
-        """The unknown quantity for a fringe scale [1/px²], with `other` values in place of given ones; arrays too."""
+    def solve(self, scale, changed: Mapping = MappingProxyType({})):
+        """The unknown quantity for a fringe scale [1/px²], with `changed` values in place of given ones; arrays too."""
         exponent = EXPONENTS[self.measured]
-        known = sum(EXPONENTS[name] * np.log(value) for name, value in {**self.given, **other}.items())
-        return np.exp((np.log(scale) - known) / exponent)
+        logarithm = sum(EXPONENTS[name] * np.log(value) for name, value in {**self.given, **changed}.items())
+        return np.exp((np.log(scale) - logarithm) / exponent)
 
     def values(self, scale: float) -> dict[str, float]:
         """All four quantities for a fringe scale."""
@@ -115,15 +118,15 @@ class Quantities:
         return values["pixel_size"] / values["radius"] / scale**power, power
 
 
-def held_turns(fixed: dict, known: Quantities) -> float:
+def held_turns(fixed: dict, quantities: Quantities) -> float:
     """Phase of a held gap [turns], but for the view's half turn.
 
     Raises ValueError where what it takes is not known.
     """
     for name in ("wavelength", "index"):
-        if name not in known.given and fixed["gap"] != 0:
+        if name not in quantities.given and fixed["gap"] != 0:
             raise ValueError(f"a fixed gap needs the {name}, which is free; give it, or fix the gap at 0")
-    return 2 * known.given.get("index", 1.0) * fixed["gap"] / known.given.get("wavelength", 1.0)
+    return 2 * quantities.given.get("index", 1.0) * fixed["gap"] / quantities.given.get("wavelength", 1.0)
 
 
 def lensless(plate: float, effective: float, reach: float) -> str:
@@ -153,15 +156,15 @@ def quantities(given: dict[str, float | None], sd: dict[str, float | None], free
     for name, value in given.items():
         check_quantity(name, value)
         check_deviation(name, sd[name], value)
-    known = {name: float(value) for name, value in given.items() if value is not None and name not in free}
-    missing = [name for name in EXPONENTS if name not in known]
+    values = {name: float(value) for name, value in given.items() if value is not None and name not in free}
+    missing = [name for name in EXPONENTS if name not in values]
     if not missing:
         raise ValueError(
             "radius, wavelength, pixel_size and index are all given: nothing is left to measure; "
             "leave one out, or name it in free"
         )
     return Quantities(
-        known,
-        {name: float(value) for name, value in sd.items() if value is not None and name in known},
+        values,
+        {name: float(value) for name, value in sd.items() if value is not None and name in values},
         missing[0] if len(missing) == 1 else None,
     )

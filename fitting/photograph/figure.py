@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy import ndimage
 
+from fitting.parameters import TABLE
 from fitting.photograph.result import FitResult
 
 # No more rings than this are drawn: beyond, they would hide the photograph.
@@ -118,7 +119,7 @@ def _limits(axes, shape: tuple[int, int]) -> None:
 def _title(result: FitResult) -> str:
     answer = result.parameters.get(result.measured)
     if result.status == "ok" and answer is not None and answer.sd is not None:
-        unit = "" if result.measured == "index" else " m"
+        unit = TABLE[result.measured].in_unit
         return f"{result.measured} = {answer.value:.6g} ± {answer.sd:.2g}{unit}"
     scale = result.fringe_scale_per_px2
     return f"{result.status}" + (f", fringe scale {scale:.6g} per px²" if scale else "")

@@ -7,13 +7,10 @@ from typing import Any
 import numpy as np
 
 from fitting.estimate import Fitted
-from fitting.model import NUMBERS
-from fitting.parameters import EXPONENTS, Quantities
+from fitting.parameters import EXPONENTS, Numbers, Quantities, block_of
 from fitting.photograph.numbers import mean_scale
 from fitting.photograph.result import FitResult, Parameter
 from fitting.photograph.summary import variance_of
-
-_PHASE = NUMBERS.index("phase")
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,15 +71,15 @@ class FrameScale:
 
     def counted(self, found: Fitted, last: Fitted | None) -> Fitted:
         """A searched fit whose phase is the one next to the last frame's, or to a gap of nothing."""
-        wanted = self.half if last is None else last.numbers[_PHASE]
-        numbers = found.numbers.copy()
-        numbers[_PHASE] += np.round(wanted - numbers[_PHASE])
+        phase = Numbers(*found.numbers).phase
+        near = self.half if last is None else Numbers(*last.numbers).phase
+        numbers = np.array(Numbers(*found.numbers)._replace(phase=phase + np.round(near - phase)))
         return replace(found, solution=replace(found.solution, numbers=numbers))
 
     def calibrated(self, result: FitResult, found: Fitted) -> "FrameScale":
         """With the relative deviations of a result of `fit`."""
         whole = (result.fringe_scale_sd or 0.0) / (result.fringe_scale_per_px2 or 1.0)
-        noise = _deviations(found)[0] / abs(found.numbers[0])
+        noise = _deviations(found).curvature / abs(Numbers(*found.numbers).curvature)
         answer = result.parameters.get(result.measured)
         rows = [sd for source, sd in result.budget if source in self.known.sd or source == "plate_radius"]
         return replace(
@@ -95,25 +92,26 @@ class FrameScale:
 
     def row(self, number: int, found: Fitted, searched: bool = False) -> FrameFit:
         """The row of a fit."""
-        frame, numbers, sds = found.model.frame, found.numbers, _deviations(found)
-        scale, relative = numbers[0] / frame.unit**2, np.hypot(sds[0] / abs(numbers[0]), self.beside)
+        frame, sds, numbers = found.model.frame, _deviations(found), Numbers(*found.numbers)
+        scale = numbers.curvature / frame.unit**2
+        relative = np.hypot(sds.curvature / abs(numbers.curvature), self.beside)
         if self.known.unknown is None and "distortion" in found.parts:
             # As in `fit`: on the mean of the field, in which what is uncertain of the distortion cancels.
-            scale, relative = scale * mean_scale(found, numbers), self.whole
+            scale, relative = scale * mean_scale(found, found.numbers), self.whole
         x, y = frame.middle
         row = FrameFit(
             number,
             "no-scale",
             self.message,
             self.known.unknown or "radius",
-            centre_px=(float(x + numbers[1] * frame.unit), float(y + numbers[2] * frame.unit)),
-            centre_sd_px=(float(sds[1] * frame.unit), float(sds[2] * frame.unit)),
+            centre_px=(float(x + numbers.centre_x * frame.unit), float(y + numbers.centre_y * frame.unit)),
+            centre_sd_px=(float(sds.centre_x * frame.unit), float(sds.centre_y * frame.unit)),
             fringe_scale_per_px2=float(scale),
             fringe_scale_sd=float(relative * abs(scale)),
             explained_variance=float(found.explained),
             searched=searched,
         )
-        return row if self.known.unknown is None else self._scaled(row, found, sds[_PHASE], float(relative))
+        return row if self.known.unknown is None else self._scaled(row, found, sds.phase, float(relative))
 
     def _scaled(self, row: FrameFit, found: Fitted, phase_sd: float, relative: float) -> FrameFit:
         """The row with the quantities that follow from its fringe scale."""
@@ -127,10 +125,10 @@ class FrameScale:
         value = float(values[measured])
         image, total = value * relative, value * float(np.hypot(relative, self.given))
         period = values["wavelength"] / (2 * values["index"])
-        gap = (found.numbers[_PHASE] - self.half) * period if self.gap is None else self.gap
+        numbers = Numbers(*found.numbers)
+        gap = (numbers.phase - self.half) * period if self.gap is None else self.gap
         wave_sd, index_sd = (known.sd.get(name, 0.0) / values[name] for name in ("wavelength", "index"))
-        square = found.numbers[NUMBERS.index("contact")]
-        disc = float(np.sqrt(max(square, 0.0))) * found.model.frame.unit * values["pixel_size"]
+        disc = float(np.sqrt(max(numbers.contact, 0.0))) * found.model.frame.unit * values["pixel_size"]
         is_radius = measured == "radius"
         return replace(
             row,
@@ -146,7 +144,7 @@ class FrameScale:
         )
 
 
-def _deviations(found: Fitted) -> np.ndarray:
+def _deviations(found: Fitted) -> Numbers:
     """Standard deviations of the numbers by the frame's noise, and by errors that its neighbouring pixels share."""
     covariance = found.matrix.covariance(variance_of(found)[0])
-    return np.sqrt(np.clip(np.diag(covariance)[: len(NUMBERS)], 0.0, None))
+    return Numbers(*np.sqrt(np.clip(np.diag(block_of(covariance)), 0.0, None)))

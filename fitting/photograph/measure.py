@@ -9,8 +9,9 @@ import numpy as np
 
 from fitting.estimate import FEW, Fitted, frame_on, moved_to, robust_fit, sharpened
 from fitting.finding import Rings, View, evidence_of, find_rings, follow, settled, view_of
-from fitting.model import NUMBERS, GapModel, scene_start
+from fitting.model import GapModel, scene_start
 from fitting.parameters import (
+    Numbers,
     Quantities,
     checked_fixed,
     checked_plate,
@@ -239,9 +240,10 @@ def _fit_gap(
     phase = rings.phase
     if "gap" in fixed:
         phase = held_turns(fixed, known) + (0.5 if view == "reflected" else 0.0)
-    start = np.array([rings.scale * frame.unit**2, *place, phase, *(0.0 for _ in NUMBERS[4:])])
+    curvature = rings.scale * frame.unit**2
+    start = np.array(Numbers(curvature=curvature, centre_x=place[0], centre_y=place[1], phase=phase))
     # A few fringes leave the search uncertain by as much as this.
-    starts = [start, *(np.array([factor * start[0], *start[1:]]) for factor in (0.6, 1.6))]
+    starts = [start, *(np.array(Numbers(*start)._replace(curvature=factor * curvature)) for factor in (0.6, 1.6))]
     if before is not None and before.converged:
         starts[0] = before.numbers
     model = GapModel(frame_on(reduced.grid, start), known.sphere(rings.scale), known.plate_curvature)

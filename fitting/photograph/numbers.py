@@ -5,32 +5,42 @@ from dataclasses import replace
 import numpy as np
 
 from fitting.estimate import Fitted, bends, fringes_of
-from fitting.model import NUMBERS, GapModel, SceneModel, gap_phase, held_numbers
-from fitting.parameters import EXPONENTS, Quantities, change, held_turns, lensless, quantities_of
+from fitting.model import GapModel, SceneModel, free_numbers, gap_phase
+from fitting.parameters import (
+    EXPONENTS,
+    NUMBERS,
+    Numbers,
+    Quantities,
+    block_of,
+    change,
+    held_turns,
+    lensless,
+    quantities_of,
+    rescaled,
+    result_names,
+)
 from fitting.photo import thin
 from fitting.photograph.result import Parameter, interval
 from newtonjax.scene import gap_height
-
-_WARP_NAMES = ("stretch", "shear", "distortion", "contact_radius", "distortion_fifth_order")
 
 
 def measured(
     found: Fitted, known: Quantities, view: str, covariance: np.ndarray, rows: list[tuple[str, float]]
 ) -> dict:
-    """The numbers of a `FitResult`, by name; `rows`: (source, deviation of the first number) of the image itself."""
+    """The numbers of a `FitResult`, by name; `rows`: (source, deviation of the curvature) of the image itself."""
     model, frame = found.model, found.model.frame
-    free = found.numbers
-    centre = tuple(float(m + c * frame.unit) for m, c in zip(frame.middle, free[1:3], strict=True))
+    numbers = Numbers(*found.numbers)
+    offsets = (numbers.centre_x, numbers.centre_y)
+    centre = tuple(float(m + c * frame.unit) for m, c in zip(frame.middle, offsets, strict=True))
     if isinstance(model, SceneModel):
-        values, slope, gap, period = _of_scene(model, known, free)
+        values, slope, gap, period = _of_scene(model, known, numbers)
     else:
-        values, slope, gap, period = _of_gap(model, known, view, free)
+        values, slope, gap, period = _of_gap(model, known, view, numbers)
     disc, disc_slope = _disc(found, values)
     relative_sd = {name: sd / known.given[name] for name, sd in known.sd.items()}
-    jacobian = np.diag([slope, frame.unit, frame.unit, period, 1.0, 1.0, 1.0, disc_slope, 1.0])
-    count = len(NUMBERS)
-    spread = jacobian @ covariance[:count, :count] @ jacobian.T
-    sds = np.sqrt(np.clip(np.diag(spread), 0, None))
+    units = {"curvature": slope, "centre_x": frame.unit, "centre_y": frame.unit, "phase": period, "contact": disc_slope}
+    spread = rescaled(block_of(covariance), units)
+    sds = Numbers(*np.sqrt(np.clip(np.diag(spread), 0, None)))
     scale = values["fringe_scale_per_px2"]
     rows = [(source, abs(slope) * deviation) for source, deviation in rows]
     of_image = float(np.sqrt(sum(sd**2 for _, sd in rows)))
@@ -41,24 +51,23 @@ def measured(
         "centre_px": centre,
     }
     scaled = known.unknown is not None
-    held = held_numbers(found.fixed, found.parts)
-    names = [known.unknown or "fringe_scale_per_px2", "centre_x_px", "centre_y_px", "gap", *_WARP_NAMES]
-    names[7] = "contact_radius" if scaled else "contact_radius_px"
-    numbers = [0.0, *centre, 0.0, *free[4:7], disc, free[8]]
+    free, names = free_numbers(found.fixed, found.parts), result_names(known.unknown)
+    x, y = centre
+    in_units = numbers._replace(centre_x=x, centre_y=y, contact=disc)._asdict()
     gap = found.fixed.get("gap", gap)
-    moving = [k for k in range(count) if k not in held and (scaled or k != 3)]
+    moving = tuple(name for name in free if scaled or name != "phase")
     parameters = {
-        name: _parameter(float(numbers[k]), sd, k in held)
-        for k, (name, sd) in enumerate(zip(names, sds, strict=True))
-        if k in (1, 2) or (k > 3 and k not in held)
+        names[name]: _parameter(float(in_units[name]), sd, name not in free)
+        for name, sd in sds._asdict().items()
+        if name not in ("curvature", "phase") and (name in free or name in ("centre_x", "centre_y"))
     }
     common |= {
-        "names": tuple(names[k] for k in moving),
-        "covariance": spread[np.ix_(moving, moving)],
+        "names": tuple(names[name] for name in moving),
+        "covariance": block_of(spread, moving),
         "parameters": parameters,
     }
     if known.unknown is None or gap is None:
-        common |= _on_the_mean(found, common, spread, np.diag(jacobian), moving)
+        common |= _on_the_mean(found, common, spread, units, moving)
         missing = " and ".join(name for name in EXPONENTS if name not in known.given)
         return common | {
             "status": "no-scale",
@@ -70,14 +79,14 @@ def measured(
         if reason := lensless(known.plate[0], values["radius"], 0.0):
             return common | {"status": "refused", "message": reason}
         budget, factor = _on_plate(known, values, budget)
-        common["covariance"] = _rescaled(common["covariance"], factor)
+        common["covariance"] = block_of(rescaled(spread, {"curvature": factor}), moving)
     total = float(np.sqrt(sum(sd**2 for _, sd in budget)))
     if known.plate is not None and 1.96 * total > values["radius"]:
         reason = f"beside a plate of {known.plate[0]:g} m the lens is flat within its standard deviation"
         return common | {"status": "refused", "message": reason}
     # The measured gap and contact are lengths in units of what is given.
     period_sd = np.hypot(relative_sd.get("wavelength", 0.0), relative_sd.get("index", 0.0))
-    gap_sd = float(np.hypot(sds[3], gap * period_sd))
+    gap_sd = float(np.hypot(sds.phase, gap * period_sd))
     if "contact_radius" in parameters:
         contact = parameters["contact_radius"]
         whole = np.hypot(contact.sd or 0.0, disc * relative_sd.get("pixel_size", 0.0))
@@ -88,17 +97,10 @@ def measured(
         "status": "ok",
         "gap": gap,
         "contact_radius": disc if "contact" in found.parts else None,
-        "parameters": answer | given | parameters | {"gap": _parameter(gap, gap_sd, 3 in held)},
+        "parameters": answer | given | parameters | {"gap": _parameter(gap, gap_sd, "phase" not in free)},
         "budget": budget,
         **_radius(known, values, total, budget),
     }
-
-
-def _rescaled(covariance: np.ndarray, factor: float) -> np.ndarray:
-    """The covariance with its first number in units that are so many times smaller."""
-    factors = np.ones(len(covariance))
-    factors[0] = factor
-    return covariance * np.outer(factors, factors)
 
 
 def _on_plate(known: Quantities, values: dict[str, float], budget: list) -> tuple[list, float]:
@@ -114,27 +116,32 @@ def _on_plate(known: Quantities, values: dict[str, float], budget: list) -> tupl
     return [*rows, ("plate_radius", (values["radius"] / other) ** 2 * sd)], factor
 
 
-def _on_the_mean(found: Fitted, common: dict, spread: np.ndarray, units: np.ndarray, moving: list[int]) -> dict:
+def _on_the_mean(
+    found: Fitted, common: dict, spread: np.ndarray, units: dict[str, float], moving: tuple[str, ...]
+) -> dict:
     """Fringe scale, its deviation and the covariance, where the scale is that of the mean of the field."""
-    free, scale = found.numbers, common["fringe_scale_per_px2"]
-    mean, step = mean_scale(found, free), 1e-5
+    numbers, scale = found.numbers, common["fringe_scale_per_px2"]
+    mean, step, first = mean_scale(found, numbers), 1e-5, NUMBERS.index("curvature")
     slope = np.array(
-        [(mean_scale(found, free + e) - mean_scale(found, free - e)) / (2 * step) for e in step * np.eye(len(free))]
+        [
+            (mean_scale(found, numbers + e) - mean_scale(found, numbers - e)) / (2 * step)
+            for e in step * np.eye(len(numbers))
+        ]
     )
     # Columns of the covariance are in units of the answer, the slope is per free number.
-    change = np.eye(len(free))
-    change[0] = scale * slope / np.where(units == 0, 1.0, units)
-    change[0, 0] += mean
+    change = np.eye(len(numbers))
+    change[first] = scale * slope / np.array([units.get(name) or 1.0 for name in NUMBERS])
+    change[first, first] += mean
     changed = change @ spread @ change.T
-    others = max(common["fringe_scale_sd"] ** 2 - spread[0, 0], 0.0) * mean**2
+    beside = max(common["fringe_scale_sd"] ** 2 - spread[first, first], 0.0) * mean**2
     return {
         "fringe_scale_per_px2": scale * mean,
-        "fringe_scale_sd": float(np.sqrt(max(changed[0, 0], 0.0) + others)),
-        "covariance": changed[np.ix_(moving, moving)],
+        "fringe_scale_sd": float(np.sqrt(max(changed[first, first], 0.0) + beside)),
+        "covariance": block_of(changed, moving),
     }
 
 
-def mean_scale(found: Fitted, free: np.ndarray) -> float:
+def mean_scale(found: Fitted, numbers: np.ndarray) -> float:
     """What a distortion makes of the scale on the mean of the field: slope of the object's r² over the image's."""
     model = found.model
     if not isinstance(model, GapModel):
@@ -142,15 +149,16 @@ def mean_scale(found: Fitted, free: np.ndarray) -> float:
     rows, columns = np.nonzero(found.left.weights[thin(found.left.weights > 0, 20_000)] > 0)
     step = thin(found.left.weights > 0, 20_000)[0].step
     x, y = found.reduced.grid.x[columns * step], found.reduced.grid.y[rows * step]
-    here = [free[k + 1] * model.frame.unit + model.frame.middle[k] for k in (0, 1)]
-    seen = (x - here[0]) ** 2 + (y - here[1]) ** 2
-    seen = seen - seen.mean()
-    return float(seen @ gap_phase.squared_distance(model, x, y, free) / (seen @ seen))
+    at, unit, middle = Numbers(*numbers), model.frame.unit, model.frame.middle
+    dx, dy = x - at.centre_x * unit - middle[0], y - at.centre_y * unit - middle[1]
+    in_image = dx**2 + dy**2
+    in_image = in_image - in_image.mean()
+    return float(in_image @ gap_phase.squared_distance(model, x, y, numbers) / (in_image @ in_image))
 
 
 def _disc(found: Fitted, values: dict[str, float]) -> tuple[float, float]:
     """Radius of a contact [m], or [px] without a scale, and its change per unit of the contact's number."""
-    square, unit = float(found.numbers[7]), found.model.frame.unit * values.get("pixel_size", 1.0)
+    square, unit = float(Numbers(*found.numbers).contact), found.model.frame.unit * values.get("pixel_size", 1.0)
     if not square > 0:
         return 0.0, 0.0
     return float(np.sqrt(square)) * unit, unit / (2 * float(np.sqrt(square)))
@@ -171,46 +179,47 @@ def _radius(known: Quantities, values: dict[str, float], total: float, budget) -
     }
 
 
-def _of_gap(model, known: Quantities, view: str, free: np.ndarray):
+def _of_gap(model, known: Quantities, view: str, numbers: Numbers):
     """Values, change of the measured one per unit of the first free number, the gap [m], and the gap per turn."""
     unit2 = model.frame.unit**2
-    scale = float(free[0]) / unit2
+    scale = float(numbers.curvature) / unit2
     if known.unknown is None:
         return {"fringe_scale_per_px2": scale}, 1 / unit2, None, 1.0
     values = known.values(scale)
-    slope = values[known.unknown] / EXPONENTS[known.unknown] / free[0]
+    slope = values[known.unknown] / EXPONENTS[known.unknown] / numbers.curvature
     period = values["wavelength"] / (2 * values["index"])
-    turns = free[3] - (0.5 if view == "reflected" else 0.0)
+    turns = numbers.phase - (0.5 if view == "reflected" else 0.0)
     gap = float(turns - np.round(turns)) * period
     return values | {"fringe_scale_per_px2": scale}, slope, gap, period
 
 
-def _of_scene(model: SceneModel, known: Quantities, free: np.ndarray):
+def _of_scene(model: SceneModel, known: Quantities, numbers: Numbers):
     """As `_of_gap`; the gap is the scene's with the fitted rise, known modulo half a wavelength in its medium."""
     scene = model.scene
     values = {**quantities_of(scene, model.face), "pixel_size": float(model.pixel_size)}
     slope, period = values[known.measured], values["wavelength"] / 2
-    values[known.measured] *= 1 + float(free[0])
+    values[known.measured] *= 1 + float(numbers.curvature)
     scale = values["index"] * values["pixel_size"] ** 2 / (values["radius"] * values["wavelength"])
-    return values | {"fringe_scale_per_px2": scale}, slope, gap_height(scene) + float(free[3]) * period, period
+    return values | {"fringe_scale_per_px2": scale}, slope, gap_height(scene) + float(numbers.phase) * period, period
 
 
 def _effect(found: Fitted, known: Quantities, name: str) -> float:
     """Relative change of the measured quantity per relative change of a given one, at the optimum.
 
     -(JᵀJ)⁻¹ Jᵀ ∂r/∂p, the implicit function theorem for Gauss and Newton's normal equations, gives the change of the
-    first free number; the phase's and the contrast's changes are central differences of 1e-5, small against a turn and
+    curvature; the phase's and the contrast's changes are central differences of 1e-5, small against a turn and
     large against rounding.
     """
-    model, first = found.model, float(found.numbers[0])
+    model, first = found.model, float(Numbers(*found.numbers).curvature)
 
     def fields(factor):
-        free, moved = found.numbers.copy(), model
+        free, moved = found.numbers, model
         if not isinstance(model, SceneModel):
             changed = replace(known, given={**known.given, name: known.given[name] * factor})
             moved = replace(model, sphere=changed.sphere(first / model.frame.unit**2), plate=changed.plate_curvature)
             if "gap" in found.fixed:
-                free[3] += held_turns(found.fixed, changed) - held_turns(found.fixed, known)
+                turns = held_turns(found.fixed, changed) - held_turns(found.fixed, known)
+                free = np.array(Numbers(*free)._replace(phase=Numbers(*free).phase + turns))
         elif name == "pixel_size":
             moved = replace(model, pixel_size=model.pixel_size * factor)
         else:
@@ -221,7 +230,8 @@ def _effect(found: Fitted, known: Quantities, name: str) -> float:
     step = 1e-5
     (phase, contrast), (other, other_contrast) = fields(1 + step), fields(1 - step)
     bend, fade = (phase - other) / (2 * step), (contrast - other_contrast) / (contrast + other_contrast) / step
-    moved = float(found.matrix.shift(bends(found.solution, bend[:, None], fade[:, None])[0][:, 0])[0])
+    crossed = bends(found.solution, bend[:, None], fade[:, None])[0][:, 0]
+    moved = float(Numbers(*found.matrix.shift(crossed)).curvature)
     if isinstance(model, SceneModel):
         return moved / (1 + first)
     return (moved / first - EXPONENTS[name]) / EXPONENTS[known.measured]

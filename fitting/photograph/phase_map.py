@@ -1,12 +1,11 @@
 """Where fringes lie against a fit of them: an image demodulated by the fit's phase, and unwrapped."""
 
-from itertools import chain
-
 import numpy as np
 from scipy import ndimage
 
 from fitting.estimate import Fitted
-from fitting.model import PARTS, GapModel, gap_phase
+from fitting.model import GapModel, gap_phase, numbers_of
+from fitting.parameters import slots_of
 from fitting.photo import block_means
 
 # A phase that misses the fringes by more than this (root mean square) [turns] is followed from block to block first;
@@ -22,13 +21,13 @@ def followed(found: Fitted, parts: tuple[str, ...]) -> np.ndarray | None:
     x, y, away, strength = phase_map(found)
     if not np.any(strength) or np.sqrt(np.average(away**2, weights=strength)) < _ASTRAY:
         return None
-    moving = [0, 1, 2, 3, *chain.from_iterable(PARTS[part] for part in parts)]
+    names = ("curvature", "centre_x", "centre_y", "phase", *numbers_of(parts))
     wanted, root = gap_phase.phase(model, x, y, numbers) + away, np.sqrt(strength)
     trial = numbers.copy()
     for _ in range(4):
         phase, slopes = gap_phase.phase_and_slopes(model, x, y, trial)
-        slope = np.stack([slopes[k] for k in moving], axis=1) * root[:, None]
-        trial[moving] += np.linalg.lstsq(slope, (wanted - phase) * root, rcond=1e-12)[0]
+        slope = np.stack([slopes[name] for name in names], axis=1) * root[:, None]
+        trial[slots_of(names)] += np.linalg.lstsq(slope, (wanted - phase) * root, rcond=1e-12)[0]
     return trial if np.isfinite(trial).all() else None
 
 

@@ -7,17 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.estimate import Fitted, pictures
-from fitting.parameters import Quantities
+from fitting.parameters import TABLE, Quantities
 from fitting.photo import Photograph
 
-# What makes a row of the budget smaller.
+# What makes a row of the budget smaller that is no given quantity's.
 _ADVICE = {
     "noise": "more light, more frames, or a mask over what is not rings",
-    "pixel_size": "a reticle with finer or better known divisions, over more of the field (newtonjax scale)",
-    "wavelength": "a spectral line instead of a lamp's band, or its catalogued value",
-    "index": "a measured index of what fills the gap",
-    "radius": "a lens of better known radius",
-    "plate_radius": "a plate of better known radius, or a flat one",
     "oblique view": "look along the normal",
     "distortion": "keep the rings in the middle of a longer focal length",
     "fifth order": "keep the rings in the middle of a longer focal length",
@@ -120,18 +115,19 @@ class FitResult:
 
     def as_dict(self) -> dict:
         """The JSON object of the shell: units in the keys, null for what is not known."""
-        found = {
+        radius, scale = TABLE["radius"], TABLE["fringe_scale"]
+        answer = {
             "status": self.status,
             "message": self.message,
-            "radius_m": self.radius,
-            "radius_sd_m": self.radius_sd,
-            "radius_interval_m": self.radius_interval and list(self.radius_interval),
-            "radius_sd_noise_m": self.radius_sd_noise,
-            "fringe_scale_per_px2": self.fringe_scale_per_px2,
-            "fringe_scale_sd_per_px2": self.fringe_scale_sd,
+            radius.key(): self.radius,
+            radius.key("sd"): self.radius_sd,
+            radius.key("interval"): self.radius_interval and list(self.radius_interval),
+            radius.key("sd_noise"): self.radius_sd_noise,
+            scale.key(): self.fringe_scale_per_px2,
+            scale.key("sd"): self.fringe_scale_sd,
             "centre_px": self.centre_px and list(self.centre_px),
-            "gap_m": self.gap,
-            "contact_radius_m": self.contact_radius,
+            TABLE["gap"].key(): self.gap,
+            TABLE["contact_radius"].key(): self.contact_radius,
             "explained_variance": self.explained_variance,
             "budget": [{"source": source, "sd_m": sd} for source, sd in self.budget],
             "warnings": list(self.warnings),
@@ -139,10 +135,9 @@ class FitResult:
             "seconds": self.seconds,
         }
         if self.measured != "radius" and self.measured in self.parameters:
-            unit = "" if self.measured == "index" else "_m"
-            parameter = self.parameters[self.measured]
-            found |= {f"{self.measured}{unit}": parameter.value, f"{self.measured}_sd{unit}": parameter.sd}
-        return {key: _finite(value) for key, value in found.items()}
+            spec, parameter = TABLE[self.measured], self.parameters[self.measured]
+            answer |= {spec.key(): parameter.value, spec.key("sd"): parameter.sd}
+        return {key: _finite(value) for key, value in answer.items()}
 
     def dominant(self) -> str:
         """The largest row of the budget, its share of the variance, and what would make it smaller; empty without."""
@@ -150,7 +145,9 @@ class FitResult:
         if not total:
             return ""
         source, sd = max(self.budget, key=lambda row: row[1])
-        return f"largest: {source}, {sd**2 / total:.0%} of the variance; {_ADVICE.get(source, _ADVICE['model'])}"
+        advice = TABLE[source].advice if source in TABLE else ""
+        advice = _ADVICE.get(source) or advice or _ADVICE["model"]
+        return f"largest: {source}, {sd**2 / total:.0%} of the variance; {advice}"
 
     def report(self) -> str:
         """The result as text: the answer, its budget, the parameters, and what was modelled."""
@@ -158,7 +155,7 @@ class FitResult:
         answer = self.parameters.get(self.measured)
         if self.status == "ok" and answer and answer.sd is not None:
             low, high = self.radius_interval or interval(answer.value, answer.sd)
-            unit = "" if self.measured == "index" else " m"
+            unit = TABLE[self.measured].in_unit
             lines += [
                 f"    {self.measured} = {answer.value:.8g} +/- {answer.sd:.2g}{unit} "
                 f"({answer.sd / answer.value:.2g} relative; 95 %: {low:.8g} to {high:.8g})"

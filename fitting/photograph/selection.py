@@ -20,7 +20,8 @@ from fitting.estimate import (
     score_drop,
     tukey,
 )
-from fitting.model import NUMBERS, PARTS, GapModel, gap_phase
+from fitting.model import PARTS, GapModel, gap_phase, numbers_of
+from fitting.parameters import NUMBERS, Numbers
 from fitting.photo import Photograph, Reduced
 from fitting.photograph.trials import DISCS, WARPS, Trial, Trials, nested, rim
 
@@ -124,7 +125,7 @@ def _screened(found: Fitted, wishes: dict[str, bool]) -> dict[str, str]:
         return drop / judge.variance * inflation - spent * judge.penalty
 
     def of_warps(parts: tuple[str, ...], inflation: float) -> float:
-        numbers = np.array(list(chain.from_iterable(PARTS[part] for part in parts)))
+        numbers = numbers_of(parts)
         return gain(matrix.drop_with(numbers), len(numbers), inflation)
 
     warps = [part for part in WARPS if wishes.get(part, True)]
@@ -155,18 +156,17 @@ def _settled(found: Fitted, parts: tuple[str, ...], numbers: np.ndarray, evidenc
         last = warps[-1] if warps else parts[-1]
         evidence[last] = "dropped: least squares did not converge with it"
         parts = tuple(part for part in parts if part != last)
-        numbers = numbers.copy()
-        numbers[list(PARTS[last])] = 0.0
+        numbers = np.array(Numbers(*numbers)._replace(**dict.fromkeys(PARTS[last], 0.0)))
 
 
 def _too_steep(found: Fitted, photograph: Photograph) -> bool:
     """Whether the distortion is no larger than what the gap formula itself leaves out for a sphere so steep."""
     if "distortion" not in found.parts or not isinstance(found.model, GapModel):
         return False
-    numbers, unit, far = found.numbers, found.model.frame.unit, rim(photograph.lit)
+    numbers, unit, edge = Numbers(*found.numbers), found.model.frame.unit, rim(photograph.lit)
     factor, power = found.model.sphere
-    slope2 = float(factor * abs(numbers[0] / unit**2) ** power) ** 2 * far * unit**2
-    return bool(2 * abs(numbers[6]) * far < _STEEP * slope2)
+    slope2 = float(factor * abs(numbers.curvature / unit**2) ** power) ** 2 * edge * unit**2
+    return bool(2 * abs(numbers.distortion) * edge < _STEEP * slope2)
 
 
 def _discs(found: Fitted) -> list[float]:
@@ -176,8 +176,7 @@ def _discs(found: Fitted) -> list[float]:
         return []
     here, columns = gap_phase.phase(model, model.frame.x, model.frame.y, found.numbers), []
     for square in DISCS:
-        trial = found.numbers.copy()
-        trial[NUMBERS.index("contact")] = square
+        trial = np.array(Numbers(*found.numbers)._replace(contact=square))
         columns.append(gap_phase.phase(model, model.frame.x, model.frame.y, trial) - here)
     crossed, own, gradient = bends(found.solution, np.stack(columns, axis=1))
     return [score_drop(found.matrix, crossed[:, [k]], own[[k]][:, [k]], gradient[[k]]) for k in range(len(columns))]
@@ -217,16 +216,16 @@ def _without_idle_warps(
     matrix: NormalMatrix = normal_matrix(full.solution)
 
     def criterion(kept: set[str]) -> float:
-        dropped = [k for part in here if part not in kept for k in PARTS[part]]
-        mask = np.isin(np.arange(len(matrix.values)), dropped)
+        dropped = numbers_of(part for part in here if part not in kept)
+        mask = np.isin(np.arange(len(matrix.values)), [NUMBERS.index(name) for name in dropped])
         return matrix.rise_without(mask) / judge.variance - len(dropped) * judge.penalty
 
-    best, numbers = min(sets, key=criterion), full.numbers.copy()
+    best, numbers = min(sets, key=criterion), full.numbers
     for part in here:
         without = min(criterion(s) for s in sets if part not in s) if part not in forced else criterion(best - {part})
         evidence[part] = _said(part in best, part in forced, without - min(criterion(s) for s in sets if part in s))
         if part not in best:
-            numbers[list(PARTS[part])] = 0.0
+            numbers = np.array(Numbers(*numbers)._replace(**dict.fromkeys(PARTS[part], 0.0)))
     return tuple(part for part in full.parts if part in best or part not in WARPS), numbers
 
 
@@ -239,8 +238,8 @@ def _may_touch(found: Fitted, photograph: Photograph, numbers: np.ndarray | None
     """Whether a contact could be seen: the rings' centre is in the field, and the phase is free."""
     if not isinstance(found.model, GapModel) or "gap" in found.fixed:
         return False
-    x, y = (found.numbers if numbers is None else numbers)[1:3]
-    frame = found.model.frame
-    column, row = round(frame.middle[0] + x * frame.unit), round(frame.middle[1] + y * frame.unit)
+    by_name, frame = Numbers(*found.numbers if numbers is None else numbers), found.model.frame
+    offsets = (by_name.centre_x, by_name.centre_y)
+    column, row = (round(middle + at * frame.unit) for middle, at in zip(frame.middle, offsets, strict=True))
     rows, columns = photograph.lit.shape
     return 0 <= row < rows and 0 <= column < columns

@@ -23,7 +23,7 @@ from fitting.estimate import (
     sums,
     tilted,
 )
-from fitting.model import NUMBERS
+from fitting.parameters import NUMBERS
 from fitting.photo import Photograph, Reduced, read_again, reduce
 
 # A share of the lit field that must be left to measure; of the variance of the last frame's light, that tells a dark

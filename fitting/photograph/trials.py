@@ -23,13 +23,13 @@ from fitting.estimate import (
     solve,
     tukey,
 )
-from fitting.model import BACKGROUND, NUMBERS, PARTS
+from fitting.model import BACKGROUND, PARTS, numbers_of
+from fitting.parameters import TABLE, Numbers
 from fitting.photo import Photograph, Reduced, pixels_of, reduce
 from fitting.photograph.phase_map import followed
 
-# Parts that bend the map from the image to the object, with the largest numbers that can be meant: cos θ = 0.67, and
-# 15 % at the rim of the field (eyepieces reach 10 %).
-WARPS = {"oblique view": 0.4, "distortion": 0.15, "fifth order": 0.05}
+# Parts that bend the map from the image to the object.
+WARPS = ("oblique view", "distortion", "fifth order")
 # Squared radii of contacts that a score test looks at, that trials start from, and the largest one that can be meant
 # [half diagonals squared].
 DISCS, _SQUARES, _WIDEST = (0.003, 0.01, 0.03, 0.08), tuple(0.002 * 1.7**k for k in range(8)), 0.3
@@ -45,7 +45,6 @@ _STEPS, _FIRST_STEPS, _FURTHER, _FALSE = 60, 3, 4, 2.0
 _BESIDE = 0.2
 # Cycles of the finest fringe in a block of a trial, and blocks to a side that are left, at least.
 _CYCLES, _FEWEST = 0.4, 64
-_PHASE, _CONTACT = NUMBERS.index("phase"), NUMBERS.index("contact")
 
 
 class Trial(NamedTuple):
@@ -126,27 +125,30 @@ class Trials:
         if not tried:
             return []
         loose = min(tried, key=lambda fit: fit.solution.chi2)
-        numbers = loose.numbers.copy()
+        numbers = Numbers(*loose.numbers)
         turned = 0.5 if float(loose.solution.point.modulus.mean()) < 0 else 0.0
-        nearest = pinned + np.round(numbers[_PHASE] + turned - pinned)
-        numbers[_CONTACT] += (nearest - numbers[_PHASE] - turned) / (2 * numbers[0])
-        numbers[_PHASE] = nearest
-        tight = self.fit((*full.parts, "contact"), numbers)
+        nearest = pinned + np.round(numbers.phase + turned - pinned)
+        contact = numbers.contact + (nearest - numbers.phase - turned) / (2 * numbers.curvature)
+        start = np.array(numbers._replace(phase=nearest, contact=contact))
+        tight = self.fit((*full.parts, "contact"), start)
         fits = [tight] if _is_disc(tight) and self.is_sane(tight) and not self.wishes.get("film") else []
         return fits + [loose] * self.wishes.get("film", True)
 
     def _disc(self, square: float) -> np.ndarray:
         """The plain fit's numbers with a disc of a squared radius, the rings beyond it where they were."""
-        numbers = self.found.numbers.copy()
-        numbers[_PHASE], numbers[_CONTACT] = numbers[_PHASE] + 2 * numbers[0] * square, square
-        return numbers
+        plain = Numbers(*self.found.numbers)
+        return np.array(plain._replace(phase=plain.phase + 2 * plain.curvature * square, contact=square))
 
     def is_sane(self, fit: Trial) -> bool:
         """Whether all numbers of a fit are such as can be meant."""
-        numbers = fit.numbers
-        sizes = [np.hypot(*numbers[4:6]), numbers[6] * self.rim, numbers[8] * self.rim**2]
-        return bool(np.isfinite(numbers).all()) and all(
-            abs(size) < most for size, most in zip(sizes, WARPS.values(), strict=True)
+        numbers = Numbers(*fit.numbers)
+        sizes = {
+            "stretch": np.hypot(numbers.stretch, numbers.shear),
+            "distortion": numbers.distortion * self.rim,
+            "distortion_fifth_order": numbers.distortion_fifth_order * self.rim**2,
+        }
+        return bool(np.isfinite(fit.numbers).all()) and all(
+            abs(size) < max(TABLE[name].bounds) for name, size in sizes.items()
         )
 
 
@@ -166,19 +168,21 @@ def rim(lit: np.ndarray) -> float:
 
 def _without(numbers: np.ndarray, parts: tuple[str, ...]) -> np.ndarray:
     """Numbers without those of parts that are not there."""
-    found = numbers.copy()
-    found[[k for part, own in PARTS.items() if part not in parts for k in own]] = 0.0
-    return found
+    return np.array(
+        Numbers(*numbers)._replace(**dict.fromkeys(numbers_of(part for part in PARTS if part not in parts), 0.0))
+    )
 
 
 def _is_disc(fit: Trial) -> bool:
-    return bool(0 < fit.numbers[_CONTACT] < _WIDEST)
+    return bool(0 < Numbers(*fit.numbers).contact < _WIDEST)
 
 
 def _is_beside(one: Trial, other: Trial) -> bool:
     """Whether two fits with a contact go to the same optimum: others are half a turn away."""
-    phase, contact = (np.array([fit.numbers[k] for fit in (one, other)]) for k in (_PHASE, _CONTACT))
-    return bool(np.ptp(phase) < _BESIDE and np.ptp(contact) < _BESIDE * np.abs(contact).max())
+    first, second = Numbers(*one.numbers), Numbers(*other.numbers)
+    widest = max(abs(first.contact), abs(second.contact))
+    same_turn = abs(first.phase - second.phase) < _BESIDE
+    return bool(same_turn and abs(first.contact - second.contact) < _BESIDE * widest)
 
 
 def nested(parts) -> bool:

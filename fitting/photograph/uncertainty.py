@@ -1,13 +1,13 @@
 """What an image leaves uncertain of its first number, row by row: noise, parts of the model, and what it left out."""
 
 from dataclasses import replace
-from itertools import chain
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 
 from fitting.estimate import Fitted, Normal, bends, eliminate, evaluate, normal_equations, sums
-from fitting.model import BACKGROUND, PARTS, degrees
+from fitting.model import BACKGROUND, PARTS, degrees, numbers_of
+from fitting.parameters import Numbers, slots_of
 
 # A difference between two halves of the field beyond so many standard deviations is the model's, not the noise's.
 _APART = 3.0
@@ -28,29 +28,32 @@ def image_rows(
     rivals: tuple[tuple[str, Fitted], ...],
     wavelength: float | None,
 ) -> list[tuple[str, float]]:
-    """(source, standard deviation of the model's first number) of all that is not a given quantity.
+    """(source, standard deviation of the curvature) of all that is not a given quantity.
 
     Noise with the parts' numbers held; then what each part's own numbers add; the law of a distortion; rival models
     that the image does not rule out; sodium's second line; and what halves of the field differ by beyond their noise.
     """
     matrix, active = found.matrix, found.matrix.active
-    own = list(chain.from_iterable(PARTS[part] for part in found.parts))
     plain = active.copy()
-    plain[own] = False
-    before = matrix.with_active(plain).deviation(0, variance)
+    plain[slots_of(numbers_of(found.parts))] = False
+    before = matrix.with_active(plain).deviation("curvature", variance)
     rows = [("noise", before)]
     for part in found.parts:
         if not PARTS[part]:
             continue
-        plain[list(PARTS[part])] = active[list(PARTS[part])]
-        now = matrix.with_active(plain).deviation(0, variance)
+        slots = slots_of(PARTS[part])
+        plain[slots] = active[slots]
+        now = matrix.with_active(plain).deviation("curvature", variance)
         rows.append((part, float(np.sqrt(max(now**2 - before**2, 0.0)))))
         before = max(now, before)
     if "distortion" in found.parts and "fifth order" not in found.parts:
         (fifth,) = PARTS["fifth order"]
-        law = min(_FIFTH * float(found.numbers[6]) ** 2, _APART * matrix.own_deviation(fifth, variance))
-        rows.append(("distortion's law", abs(moved_by(found, fifth)) * law))
-    rows += [(name, abs(float(rival.numbers[0] - found.numbers[0]))) for name, rival in rivals]
+        law = min(
+            _FIFTH * float(Numbers(*found.numbers).distortion) ** 2, _APART * matrix.deviation_if_free(fifth, variance)
+        )
+        rows.append(("distortion's law", abs(float(Numbers(*matrix.shift_by(fifth)).curvature)) * law))
+    curvature = float(Numbers(*found.numbers).curvature)
+    rows += [(name, abs(float(Numbers(*rival.numbers).curvature) - curvature)) for name, rival in rivals]
     if wavelength is not None and abs(wavelength - _SODIUM) < 0.6 * _LINES:
         row = _doublet(found)
         rows += [("sodium's two lines", row)] if row > 0 else []
@@ -66,14 +69,15 @@ def _doublet(found: Fitted) -> float:
     and whose visibility falls as the second: the share of that fall which is seen is the share of the change that
     counts.
     """
-    order = found.solution.fields.phase - float(found.numbers[3])
+    order = found.solution.fields.phase - float(Numbers(*found.numbers).phase)
     apart = 2 * np.pi * order * _LINES / _SODIUM
     both = (2 * np.exp(1j * apart / 3) + np.exp(-2j * apart / 3)) / 3
     share = _faded(found, np.abs(both))
     if share == 0:
         return 0.0
     bend = np.angle(both) / (2 * np.pi)
-    return share * abs(float(found.matrix.shift(bends(found.solution, bend[:, None])[0][:, 0])[0]))
+    crossed = bends(found.solution, bend[:, None])[0][:, 0]
+    return share * abs(float(Numbers(*found.matrix.shift(crossed)).curvature))
 
 
 def _faded(found: Fitted, wanted: np.ndarray) -> float:
@@ -92,11 +96,6 @@ def _faded(found: Fitted, wanted: np.ndarray) -> float:
     return float(np.clip((fall @ seen) / (fall @ fall) / seen.max(), 0.0, 1.0))
 
 
-def moved_by(found: Fitted, number: int) -> float:
-    """Change of the first number when another one that is held moves by one: the implicit function theorem."""
-    return float(found.matrix.shift(found.matrix.matrix[:, number])[0])
-
-
 def halves_apart(found: Fitted, variance: float) -> float:
     """How far the first number is from that of the better half of the field, beyond what noise explains; 0 for nothing.
 
@@ -105,15 +104,15 @@ def halves_apart(found: Fitted, variance: float) -> float:
     difference has the sum of both variances (Hausman's test, 1978); the whole field's number lies between the halves'
     as their variances say. The largest of the three ways to halve counts.
     """
-    own = list(chain.from_iterable(PARTS[part] for part in found.parts))
-    moving = np.array([k for k in np.flatnonzero(found.solution.problem.moving) if k not in own])
+    of_parts = numbers_of(found.parts)
+    moving = slots_of(name for name in found.solution.problem.free if name not in of_parts)
     worst = 0.0
     for first, second in _halvings(found):
         one, other = _step(found, first, moving), _step(found, second, moving)
         if one is None or other is None:
             continue
         apart, noise = (one[0] - other[0]) ** 2, (one[1] + other[1]) * variance
-        if apart > max(_APART**2 * noise, (_ROUNDING * float(found.numbers[0])) ** 2):
+        if apart > max(_APART**2 * noise, (_ROUNDING * Numbers(*found.numbers).curvature) ** 2):
             worst = max(worst, np.sqrt(apart - noise) * min(one[1], other[1]) / (one[1] + other[1]))
     return float(worst)
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from fitting.estimate import FEW, Fitted, correlation
 from fitting.finding import Rings, plane_wave, view_of
-from fitting.parameters import Quantities, lensless
+from fitting.parameters import Numbers, Quantities, lensless
 from fitting.photo import Photograph, noise_variance, pixels_of
 
 # Fringes that explain less than this are looked at twice; less than that are none.
@@ -23,9 +23,9 @@ _STRUCTURE, _ALIKE = 0.02, 3.0
 def why_refused(found: Fitted, photograph: Photograph, rings: Rings) -> str:
     """Why no radius can be had from a fit of the gap formula; empty where one can."""
     frame = found.model.frame
-    turns, x, y, *_ = found.numbers
-    scale = float(turns) / frame.unit**2
-    centre = (frame.middle[0] + float(x) * frame.unit, frame.middle[1] + float(y) * frame.unit)
+    numbers = Numbers(*found.numbers)
+    scale, offsets = float(numbers.curvature) / frame.unit**2, (float(numbers.centre_x), float(numbers.centre_y))
+    x, y = (middle + at * frame.unit for middle, at in zip(frame.middle, offsets, strict=True))
     orders, explained = found.orders, found.explained
     if not (np.isfinite(explained) and np.isfinite(scale)):
         return "the fit has no finite optimum: no rings were recognized"
@@ -34,7 +34,7 @@ def why_refused(found: Fitted, photograph: Photograph, rings: Rings) -> str:
         return f"the fringes are straight (they explain {straight:.0%} of the power); a radius needs rings or arcs"
     if explained < _NONE:
         return f"no rings: fringes of any radius and centre explain {max(explained, 0):.1%} of the variance at best"
-    for k, c in ((rings.scale, rings.centre), (scale, centre)):
+    for k, c in ((rings.scale, rings.centre), (scale, (x, y))):
         if bend := _straight(photograph.mask, k, c):
             return bend
     if orders < 1:

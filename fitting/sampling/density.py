@@ -10,21 +10,24 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.estimate import CONTRAST, Fitted, Moments, bends, contrast_at_nodes, moments, sums
-from fitting.model import (
-    BACKGROUND,
+from fitting.model import BACKGROUND, GapModel, SceneModel, as_arrays, degrees, free_numbers, model_coefficients
+from fitting.parameters import (
     NUMBERS,
-    GapModel,
-    SceneModel,
-    as_arrays,
-    degrees,
-    held_numbers,
-    model_coefficients,
+    Numbers,
+    Quantities,
+    block_of,
+    change,
+    held_turns,
+    quantities_of,
+    result_names,
+    slots_of,
 )
-from fitting.parameters import Quantities, change, held_turns, quantities_of
 
 # A phase further from the moments' reference [turns] is not resolved by their basis: a cubic drift of so much puts
 # chi-squared off by 5e-8 of it (6e-4 in 1.1e4, 256 x 256 pixels), of 0.25 by 1e-9.
 NEAR = 0.4
+# What a chain calls otherwise than a result: its phase stays one, and is no gap.
+_IN_CHAINS = {"phase": "gap_turns", "distortion_fifth_order": "distortion 5"}
 
 
 class Posterior(eqx.Module):
@@ -43,7 +46,7 @@ class Posterior(eqx.Module):
     relative_sd: Float[Array, " given"]
     lean: Float[Array, "moving given"]
     held_turns: Float[Array, ""]
-    moving: tuple[int, ...] = eqx.field(static=True)
+    moving: tuple[str, ...] = eqx.field(static=True)
     given: tuple[str, ...] = eqx.field(static=True)
     unknown: str | None = eqx.field(static=True)
     shape: tuple[int, int] = eqx.field(static=True)
@@ -73,12 +76,12 @@ class Posterior(eqx.Module):
         """The model's free numbers at a point, and the factors of what is given."""
         count = len(self.moving)
         step = self.spread @ point[:count] + self.lean @ point[count:]
-        free = self.optimum.at[np.array(self.moving)].add(step)
+        free = self.optimum.at[slots_of(self.moving)].add(step)
         factors = 1 + self.relative_sd * point[count:]
         by_name = dict(zip(self.given, factors, strict=True))
         # A held gap is so many half wavelengths in its medium as both of these say.
         longer = by_name.get("index", 1.0) / by_name.get("wavelength", 1.0)
-        return free.at[3].add(self.held_turns * (longer - 1)), factors
+        return free.at[NUMBERS.index("phase")].add(self.held_turns * (longer - 1)), factors
 
     @property
     def dimensions(self) -> int:
@@ -99,10 +102,10 @@ def largest_excursion(target: Posterior, points: Float[Array, "n dimensions"]) -
 
 def posterior(found: Fitted, known: Quantities, variance: float, covariance: np.ndarray) -> Posterior:
     """The posterior of a finished fit, for the noise's variance per unit weight and the covariance at the optimum."""
-    moving = tuple(k for k in range(len(NUMBERS)) if k not in held_numbers(found.fixed, found.parts))
+    moving = free_numbers(found.fixed, found.parts)
     given = tuple(name for name, sd in known.sd.items() if sd) if known.unknown else ()
     gap_is_held = "gap" in found.fixed and isinstance(found.model, GapModel)
-    inner = covariance[np.ix_(moving, moving)]
+    inner = block_of(covariance, moving)
     target = Posterior(
         model=as_arrays(found.model),
         kept=_moments(found),
@@ -135,7 +138,7 @@ def _lean(target: Posterior, found: Fitted) -> Float[Array, "moving given"]:
     """
     changes = np.asarray(_phases_by_given(target))
     steps = found.matrix.shift(bends(found.solution, changes.T)[0])
-    return jnp.asarray(steps[np.searchsorted(np.flatnonzero(found.matrix.active), target.moving)])
+    return jnp.asarray(steps[slots_of(target.moving)])
 
 
 @eqx.filter_jit
@@ -195,16 +198,16 @@ def draws(target: Posterior, found: Fitted, known: Quantities, points: np.ndarra
     free, factors = (np.asarray(table) for table in _numbers_at(target, jnp.asarray(points)))
     unit, middle = found.model.frame.unit, found.model.frame.middle
     given = {name: known.given[name] * factor for name, factor in zip(target.given, factors.T, strict=True)}
-    columns: dict[str, np.ndarray] = {
-        known.unknown or "fringe_scale_per_px2": _measured(found, known, free[:, 0], given)
-    }
-    columns |= {"centre_x_px": middle[0] + free[:, 1] * unit, "centre_y_px": middle[1] + free[:, 2] * unit}
-    columns |= {"gap_turns": free[:, 3]} | dict(zip(NUMBERS[4:], free[:, 4:].T, strict=True))
+    columns = Numbers(*free.T)._asdict()
     pixel = given.get("pixel_size", known.given.get("pixel_size", 1.0))
-    columns["contact"] = np.sqrt(np.clip(free[:, 7], 0, None)) * unit * pixel
-    kept = [name for k, name in enumerate(columns) if k in target.moving]
-    renamed = {"contact": "contact_radius" if known.unknown else "contact_radius_px"}
-    columns = {renamed.get(name, name): columns[name] for name in kept} | given
+    columns |= {
+        "curvature": _measured(found, known, columns["curvature"], given),
+        "centre_x": middle[0] + columns["centre_x"] * unit,
+        "centre_y": middle[1] + columns["centre_y"] * unit,
+        "contact": np.sqrt(np.clip(columns["contact"], 0, None)) * unit * pixel,
+    }
+    names = result_names(known.unknown) | _IN_CHAINS
+    columns = {names[name]: columns[name] for name in target.moving} | given
     return Draws(tuple(columns), np.stack(list(columns.values()), axis=1))
 
 

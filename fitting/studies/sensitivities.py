@@ -98,6 +98,7 @@ def sensitivity(
     known = knobs(scene, camera)
     free = free_beside(target, free, known)
     chosen(known, free)
+    beside = tuple(name for name in free if name != target)
     if not known[target].value:
         raise ValueError(f"{target} is 0 here: a fraction of it is no accuracy; take a scene in which it is not 0")
     held = tuple(name for name in known if name not in free)
@@ -106,9 +107,7 @@ def sensitivity(
     sd = alone.sd(target)
     if not np.isfinite(sd):
         words = "; ".join(alone.undetermined) or "too few pixels"
-        raise UndeterminedError(
-            f"the image does not tell the {target} with {', '.join(free[1:]) or 'it'} free: {words}"
-        )
+        raise UndeterminedError(f"the image does not tell the {target} with {', '.join(beside) or 'it'} free: {words}")
     count = len(free)
     step = np.sqrt(np.maximum(np.diag(told.matrix), 1e-300))
     scaled = told.matrix / np.outer(step, step)
@@ -123,7 +122,7 @@ def sensitivity(
         found.append(Neglected(name, known[name].unit, known[name].value, size, slope, tolerance))
     found.sort(key=lambda one: one.tolerance / one.size)
     unit = known[target].unit
-    return Sensitivity(target, known[target].value, unit, allowed, sd, free[1:], tuple(found))
+    return Sensitivity(target, known[target].value, unit, allowed, sd, beside, tuple(found))
 
 
 def free_beside(target: str, free: Sequence[str], known: Mapping[str, Knob]) -> tuple[str, ...]:

@@ -147,7 +147,7 @@ def spread(
         target,
         there[target].unit,
         value,
-        free[1:],
+        tuple(name for name in free if name != target),
         float(np.std(found[: 2 * draws], ddof=1)),
         float(np.mean(found[: 2 * draws]) - value),
         float(np.linalg.norm([one.slope_sd for one in parts])),
@@ -207,7 +207,8 @@ class _Fits:
     def __init__(self, scene, camera, names: tuple[str, ...], free: tuple[str, ...], noise, nodes: int):
         self.names, self.batch = names, max(1, min(32, _PIXELS // (camera.shape[0] * camera.shape[1])))
         numbers = chosen(knobs(scene, camera), (*free, *names))
-        self._target, self._held = numbers[free[0]], [numbers[name] for name in names]
+        target, *_ = free
+        self._target, self._held = numbers[target], [numbers[name] for name in names]
         self._problem = problem(scene, camera, list(numbers.values()), len(free), noise, nodes)
 
     def __call__(self, rows: Float[np.ndarray, "rows names"]) -> Float[np.ndarray, " rows"]:

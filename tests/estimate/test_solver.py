@@ -13,11 +13,12 @@ from fitting.estimate import CONTRAST, Problem, bends, frame_on, fringe_sums, no
 from fitting.estimate.block_phases import GapFringes
 from fitting.estimate.elimination import image_of
 from fitting.estimate.optimum import choose_degrees
-from fitting.model import BACKGROUND, NUMBERS, GapModel, as_arrays, degrees, gap_phase
+from fitting.model import BACKGROUND, GapModel, as_arrays, degrees, gap_phase
+from fitting.parameters import NUMBERS, Numbers
 from fitting.photo import Grid, Photograph, block_size, reduce
 from fitting.photo.codes import Codes, Curve
 
-COMMON = ("curvature", "centre x", "centre y", "phase")
+COMMON = ("curvature", "centre_x", "centre_y", "phase")
 SHAPE, NOISE = (150, 192), 0.05
 TRUTH = np.array([7.0, 0.12, -0.08, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0])
 VIEWED = TRUTH + np.array([0, 0, 0, 0, 0.03, -0.02, 0.04, 0, 0])
@@ -67,7 +68,7 @@ def at_every_pixel(image, weights, problem, reduced, start):
         linear = np.concatenate([low, high * cosine[:, None]], axis=1)
         coefficients = np.linalg.lstsq(linear * root[:, None], (image.ravel()) * root, rcond=None)[0]
         swing = -2 * np.pi * (high @ coefficients[low.shape[1] :]) * sine
-        tails = np.stack([np.broadcast_to(slopes[k], image.shape).ravel() * swing for k in moving], axis=1)
+        tails = np.stack([np.broadcast_to(slopes[NUMBERS[k]], image.shape).ravel() * swing for k in moving], axis=1)
         jacobian = np.concatenate([tails, linear], axis=1) * root[:, None]
         left = (image.ravel() - linear @ coefficients) * root
         step = np.linalg.lstsq(jacobian, left, rcond=None)[0][: len(moving)]
@@ -93,9 +94,9 @@ def test_gap_phase_in_numpy_is_that_of_the_model_and_its_slopes_are_its_derivati
             assert phase == pytest.approx(np.asarray(of(as_arrays(model), jnp.asarray(numbers))), abs=1e-9)
             assert gap_phase.phase(model, frame.x, frame.y, numbers) == pytest.approx(phase, abs=1e-12)
             wanted = np.asarray(derivatives(jnp.asarray(numbers), as_arrays(model)))
-            for k, name in enumerate(NUMBERS):
+            for name, column in Numbers(*wanted.T)._asdict().items():
                 # The model's view is a series that leaves 1e-9 of the derivative.
-                assert slopes[k] == pytest.approx(wanted[:, k], abs=1e-8 * np.abs(wanted[:, k]).max()), name
+                assert slopes[name] == pytest.approx(column, abs=1e-8 * np.abs(column).max()), name
 
 
 @pytest.mark.parametrize(("numbers", "free"), [(TRUTH, COMMON), (VIEWED, (*COMMON, "stretch", "shear", "distortion"))])
@@ -166,12 +167,12 @@ def test_a_prior_pulls_as_far_as_the_image_lets_it():
     image = picture(SHAPE, TRUTH, NOISE)
     reduced = reduce(photograph(image), 1)
     free = solve(problem_on(reduced), reduced, TRUTH)
-    sd = normal_matrix(free).deviation(3, NOISE**2)
+    sd = normal_matrix(free).deviation("phase", NOISE**2)
     wanted = free["phase"] + 3 * sd
     held = problem_on(reduced, prior={"phase": (wanted, sd)}, variance=NOISE**2)
     pulled = solve(held, reduced, TRUTH)
     assert pulled["phase"] == pytest.approx(free["phase"] + 1.5 * sd, abs=0.01 * sd)
-    assert normal_matrix(pulled).deviation(3, NOISE**2) == pytest.approx(sd / np.sqrt(2), rel=1e-3)
+    assert normal_matrix(pulled).deviation("phase", NOISE**2) == pytest.approx(sd / np.sqrt(2), rel=1e-3)
 
 
 def test_score_test_and_drop_agree_with_fits_that_have_the_part():
@@ -181,17 +182,18 @@ def test_score_test_and_drop_agree_with_fits_that_have_the_part():
     without = solve(problem_on(reduced), reduced, TRUTH)
     full = solve(problem_on(reduced, free=(*COMMON, "distortion")), reduced, TRUTH)
     drop = without.chi2 - full.chi2
-    assert normal_matrix(without).drop_with(np.array([6])) == pytest.approx(drop, rel=0.02)
-    dropped = np.arange(52) == 6
-    assert normal_matrix(full).rise_without(dropped) == pytest.approx(drop, rel=0.02)
+    assert normal_matrix(without).drop_with(["distortion"]) == pytest.approx(drop, rel=0.02)
+    at = NUMBERS.index("distortion")
+    assert normal_matrix(full).rise_without(np.arange(52) == at) == pytest.approx(drop, rel=0.02)
     moved = normal_matrix(without)
-    shift = moved.shift(moved.matrix[:, 6])[0] * full["distortion"]
-    assert shift == pytest.approx(full["curvature"] - without["curvature"], rel=0.02)
-    bend = without.fields.slopes[:, [6]]
+    shift = Numbers(*moved.shift_by("distortion"))
+    assert shift.curvature * full["distortion"] == pytest.approx(full["curvature"] - without["curvature"], rel=0.02)
+    bend = without.fields.slopes[:, [at]]
     crossed, own, gradient = bends(without, bend)
-    assert crossed[:, 0] == pytest.approx(moved.matrix[:, 6], rel=1e-9, abs=1e-9 * np.abs(moved.matrix[:, 6]).max())
-    assert own[0, 0] == pytest.approx(moved.matrix[6, 6], rel=1e-9)
-    assert gradient[0] == pytest.approx(moved.gradient[6], rel=1e-6)
+    column = moved.matrix[:, at]
+    assert crossed[:, 0] == pytest.approx(column, rel=1e-9, abs=1e-9 * np.abs(column).max())
+    assert own[0, 0] == pytest.approx(moved.matrix[at, at], rel=1e-9)
+    assert gradient[0] == pytest.approx(moved.gradient[at], rel=1e-6)
 
 
 def test_degrees_are_those_that_the_light_has():

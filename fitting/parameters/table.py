@@ -1,0 +1,70 @@
+"""The table of named parameters: what fits, studies, chains, reports and files call a number, and what may be meant."""
+
+from dataclasses import dataclass
+
+_ANY = (float("-inf"), float("inf"))
+
+
+@dataclass(frozen=True)
+class ParameterSpec:
+    """A named parameter.
+
+    - `symbol`: in formulae; `unit`: of its values, empty where they have none.
+    - `bounds`: what can be meant [`unit`]; outside of them a unit was mistaken.
+    - `positive`: whether only its ratios mean something.
+    - `advice`: what makes its row of a budget smaller; empty where nothing can be said.
+    """
+
+    name: str
+    symbol: str
+    unit: str = ""
+    bounds: tuple[float, float] = _ANY
+    positive: bool = False
+    advice: str = ""
+
+    @property
+    def in_unit(self) -> str:
+        """What follows its values in a text: a blank and the unit, or nothing."""
+        return f" {self.unit}" if self.unit else ""
+
+    def key(self, suffix: str = "") -> str:
+        """Its key in JSON, the unit at its end: "radius_sd_m" of the suffix "sd"."""
+        return "_".join(f"{self.name} {suffix}{self.in_unit}".split())
+
+
+_SPECS = (
+    ParameterSpec("radius", "R", "m", (1e-6, 1e6), True, "a lens of better known radius"),
+    ParameterSpec(
+        "wavelength", "λ", "m", (1e-9, 1e-3), True,
+        "a spectral line instead of a lamp's band, or its catalogued value",
+    ),
+    ParameterSpec(
+        "pixel_size", "s", "m", (1e-9, 1e-1), True,
+        "a reticle with finer or better known divisions, over more of the field (newtonjax scale)",
+    ),
+    ParameterSpec("index", "n", "", (0.1, 10.0), True, "a measured index of what fills the gap"),
+    ParameterSpec("gap_index", "n", "", (0.1, 10.0), True),
+    ParameterSpec("plate_index", "n", "", (0.1, 10.0), True),
+    ParameterSpec("plate_radius", "R", "m", (1e-6, 1e6), False, "a plate of better known radius, or a flat one"),
+    ParameterSpec("gap", "t", "m"),
+    ParameterSpec("centre_x", "x", "px"),
+    ParameterSpec("centre_y", "y", "px"),
+    # Of a bench and its image alone.
+    ParameterSpec("screen", "z", "m"),
+    ParameterSpec("exposure", "N", "photoelectrons", positive=True),
+    ParameterSpec("stray", "b"),
+    ParameterSpec("contrast", "C", positive=True),
+    ParameterSpec("light_tilt_x", "α", "rad"),
+    ParameterSpec("light_tilt_y", "β", "rad"),
+    ParameterSpec("plate_tilt_x", "α", "rad"),
+    ParameterSpec("plate_tilt_y", "β", "rad"),
+    # Of a fit. Bounds of the parts' numbers: cos θ = 0.67 of a view, 15 % at the rim of the field of a distortion
+    # (eyepieces reach 10 %), a disc of half the half diagonal.
+    ParameterSpec("fringe_scale", "n s²/(R λ)", "per_px2", (0.0, float("inf"))),
+    ParameterSpec("stretch", "a", bounds=(-0.4, 0.4)),
+    ParameterSpec("shear", "b", bounds=(-0.4, 0.4)),
+    ParameterSpec("distortion", "κ", bounds=(-0.15, 0.15)),
+    ParameterSpec("distortion_fifth_order", "κ₅", bounds=(-0.05, 0.05)),
+    ParameterSpec("contact_radius", "a", "m", (0.0, float("inf"))),
+)  # fmt: skip
+TABLE = {spec.name: spec for spec in _SPECS}
