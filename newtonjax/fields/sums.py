@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from newtonjax.fields.fringes import without_turns
-from newtonjax.fields.row_strips import AbstractRow, row
-from newtonjax.numerics import chebyshev, cosine, fenced, fraction, sine
+from newtonjax.fields.row_strips import row
+from newtonjax.numerics import chebyshev, cosine_and_sine, fenced, fraction
 
 # Rows of a block: its tables stay in the cache.
 _ROWS = 128
@@ -61,12 +61,9 @@ def slope_sums(
     way = row(columns, count)
 
     def of_block(block: _Block) -> list[Array]:
-        def weigh(slopes: list[Array], weights) -> list[Array]:
-            weight = way.lay(block.cut(weights))
-            return [weight * slope for slope in slopes]
-
-        made = _slopes(way, coefficients, way.terms(coefficients, block.along_y), weigh, weights)
-        return [block.over_rows(table, count) for table in made]
+        weight = block.cut(weights)
+        slopes = _slopes(list(way.tables(coefficients[1:], block.along_y)))
+        return [block.over_rows(weight * slope, count) for slope in slopes]
 
     by_fields = _total(of_block, rows, count)
     plain = jnp.matmul(jnp.asarray(chebyshev.basis(rows, count), weights.dtype), weights, precision="highest")
@@ -84,17 +81,15 @@ def product_sums(
     fine, pairs, way = 2 * count - 1, (fields - 1) // 2, row(shape[1], count)
 
     def of_block(block: _Block) -> tuple[list[Array], list[Array], list[Array]]:
-        terms = way.terms(coefficients, block.along_y[:count])
-        table = [way.flat(one) for one in _slopes(way, coefficients, terms, lambda slopes: slopes)]
-        weight = jnp.ones_like(table[0]) if weights is None else block.cut(weights)
-        factors = [weight, *(weight * slope for slope in table)]
-        made = [factors[a] * table[b - 1] if b else weight for a, b in pairs_of(fields)]
-        moments = [block.over_rows(one, fine) for one in made]
+        background, *others = way.tables(coefficients, block.along_y[:count])
+        slopes = fenced(coefficients, _slopes, others)
+        weight = jnp.ones_like(background) if weights is None else block.cut(weights)
+        factors = [weight, *(weight * slope for slope in slopes)]
+        products = [factors[a] * slopes[b - 1] if b else weight for a, b in pairs_of(fields)]
+        moments = [block.over_rows(product, fine) for product in products]
         if data is None:
             return [], [], moments
-        smooth = fenced(coefficients, way.fields, terms[: 1 + pairs])
-        background, *sizes = (way.flat(one) for one in smooth)
-        residual = background + sum(size * c for size, c in zip(sizes, table, strict=False)) - block.cut(data)
+        residual = background + sum(map(jnp.multiply, others[:pairs], slopes)) - block.cut(data)
         squares = block.over_rows(weight * residual * residual, 1)
         return [squares], [block.over_rows(residual * factor, count) for factor in factors], moments
 
@@ -107,25 +102,18 @@ def product_sums(
     )
 
 
-def _slopes(way: AbstractRow, coefficients: Array, terms: Array, use: Callable[..., list[Array]], *operands: Any):
-    """What is made of the image's slopes in all fields but the background, at the rows that the terms are of.
-
-    The phases' fractions are a computation of their own: else each slope's cosine or sine would have them anew.
-    """
-    pairs = (len(terms) - 1) // 2
-    fractions = fenced(coefficients, lambda terms: [fraction(way.field(one)) for one in terms], terms[1 + pairs :])
-
-    def tables(terms, fractions, *operands):
-        by_phase = [-2 * jnp.pi * size * sine(y) for size, y in zip(way.fields(terms), fractions, strict=True)]
-        return use([*map(cosine, fractions), *by_phase], *operands)
-
-    return fenced(coefficients, tables, terms[1 : 1 + pairs], fractions, *operands)
+def _slopes(fields: list[Array]) -> list[Array]:
+    """By how much the image changes per unit of each of the fields (moduli, phases), at their pixels."""
+    moduli, phases = fields[: len(fields) // 2], fields[len(fields) // 2 :]
+    waves = [cosine_and_sine(fraction(phase)) for phase in phases]
+    by_phase = [-2 * jnp.pi * modulus * sine for modulus, (_, sine) in zip(moduli, waves, strict=True)]
+    return [cosine for cosine, _ in waves] + by_phase
 
 
 def _along_x(over_rows: list[Array], columns: int) -> Float[Array, "tables degrees degrees"]:
-    """Tables [degrees, columns and more] that are summed over rows, summed along x times as many basis functions."""
+    """Tables [degrees, columns] that are summed over rows, summed along x times as many basis functions."""
     along_x = jnp.asarray(chebyshev.basis(columns, len(over_rows[0])), over_rows[0].dtype)
-    return jnp.stack([jnp.matmul(table[:, :columns], along_x.T, precision="highest") for table in over_rows])
+    return jnp.stack([jnp.matmul(table, along_x.T, precision="highest") for table in over_rows])
 
 
 def _total(of_block: Callable[[_Block], Any], rows: int, degrees: int) -> Any:

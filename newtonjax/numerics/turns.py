@@ -9,6 +9,8 @@ from numpy.polynomial import chebyshev
 # Degree in the square of the reduced phase: the truncation error lies below the rounding of the type
 # (measured: 1.2e-14 for float64, 2.6e-7 for float32).
 _DEGREE = {"float64": 9, "float32": 6}
+# Within a quarter turn, of the cosine and of the sine: the truncation errors are 2e-15 and 8e-14 for float64.
+_DEGREES_QUARTER = {"float64": (7, 6), "float32": (5, 4)}
 
 
 def _coefficients(function, degree: int) -> np.ndarray:
@@ -20,6 +22,19 @@ def _coefficients(function, degree: int) -> np.ndarray:
 
 _COS = {t: _coefficients(lambda y: np.cos(2 * np.pi * y), n) for t, n in _DEGREE.items()}
 _SIN = {t: _coefficients(lambda y: 2 * np.pi * np.sinc(2 * y), n) for t, n in _DEGREE.items()}
+
+
+def _quarter_coefficients(function, degree: int) -> np.ndarray:
+    """Powers of z² that reproduce `function(z)` for |z| <= 1/4, highest power first."""
+    v = np.cos(np.pi * (np.arange(256) + 0.5) / 256)
+    of_v = np.poly1d(chebyshev.cheb2poly(chebyshev.chebfit(v, function(np.sqrt((v + 1) / 32)), degree))[::-1])
+    return of_v(np.poly1d([32, -1])).coeffs
+
+
+_COS_QUARTER = {t: _quarter_coefficients(lambda z: np.cos(2 * np.pi * z), n) for t, (n, _) in _DEGREES_QUARTER.items()}
+_SIN_QUARTER = {
+    t: _quarter_coefficients(lambda z: 2 * np.pi * np.sinc(2 * z), n) for t, (_, n) in _DEGREES_QUARTER.items()
+}
 
 
 def _horner(coefficients: np.ndarray, v: Array) -> Array:
@@ -39,24 +54,27 @@ def fraction(phase: Array) -> Array:
     return phase - jnp.round(phase)  # exact: both lie within a factor of two of each other, or it is the phase
 
 
-def cosine(fraction: Array) -> Array:
-    """The cosine of a fraction of a turn, cos 2πy."""
-    return _horner(_COS[_table(fraction)], 8 * fraction * fraction - 1)
+def cosine_and_sine(fraction: Array) -> tuple[Array, Array]:
+    """The cosine and the sine, cos 2πy and sin 2πy, of a fraction of a turn y in [-1/2, 1/2], for sums over pixels.
 
-
-def sine(fraction: Array) -> Array:
-    """The sine of a fraction of a turn, sin 2πy."""
-    return fraction * _horner(_SIN[_table(fraction)], 8 * fraction * fraction - 1)
+    With z = 1/4 - |y| they are sin 2πz and ±cos 2πz: within a quarter turn shorter polynomials do. They err by at most
+    1e-13 in float64 and 3e-7 in float32, absolutely: of a small sine fewer digits are right than of `sin_turns`.
+    """
+    z, table = 0.25 - jnp.abs(fraction), _table(fraction)
+    height = _horner(_COS_QUARTER[table], z * z)
+    return z * _horner(_SIN_QUARTER[table], z * z), jnp.where(fraction < 0, -height, height)
 
 
 @jax.custom_jvp
 def _cos(phase: Array) -> Array:
-    return cosine(fraction(phase))
+    y = fraction(phase)
+    return _horner(_COS[_table(y)], 8 * y * y - 1)
 
 
 @jax.custom_jvp
 def _sin(phase: Array) -> Array:
-    return sine(fraction(phase))
+    y = fraction(phase)
+    return y * _horner(_SIN[_table(y)], 8 * y * y - 1)
 
 
 @_cos.defjvp

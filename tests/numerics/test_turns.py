@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from newtonjax.numerics import cos_turns, sin_turns
+from newtonjax.numerics import cos_turns, cosine_and_sine, sin_turns
 
 # What the docstrings promise.
 BOUND = {"float64": 1.3e-14, "float32": 3e-7}
@@ -26,6 +26,17 @@ def test_error_stays_at_rounding_up_to_a_million_turns(function, dtype):
     value = function(jnp.asarray(phase))
     assert value.dtype == dtype
     assert np.abs(np.asarray(value, dtype=np.float64) - exact).max() < BOUND[dtype]
+
+
+@pytest.mark.parametrize(("dtype", "bound"), [("float64", 1e-13), ("float32", 3e-7)])
+def test_cosine_and_sine_of_a_fraction_are_those_of_its_turn(dtype, bound):
+    awkward = [0, -0.0, 1e-9, -1e-9, 0.25, -0.25, 0.5, -0.5]
+    fraction = np.concatenate([awkward, np.linspace(-0.5, 0.5, 501)]).astype(dtype)
+    with mpmath.workdps(30):
+        exact = np.array([[float(EXACT[f](float(y))) for y in fraction] for f in (cos_turns, sin_turns)])
+    waves = cosine_and_sine(jnp.asarray(fraction))
+    assert all(wave.dtype == dtype for wave in waves)
+    assert np.abs(np.asarray(waves, dtype=np.float64) - exact).max() < bound
 
 
 @given(st.floats(-1e9, 1e9))
