@@ -120,7 +120,7 @@ def rings(
     radius=2.0,
     gap=0.0,
     screen=1e-3,
-    index=1.5,
+    lens_index=1.5,
     plate_index=1.5,
     gap_index=1.0,
     ambient_index=1.0,
@@ -132,13 +132,13 @@ def rings(
 ):
     """A lens, convex face down, over a plate, as the contract describes the bench."""
     gap, lens_thickness, plate_thickness = mpf(gap), mpf(lens_thickness), mpf(plate_thickness)
-    n, n_plate = mpf(index) / mpf(ambient_index), mpf(plate_index) / mpf(ambient_index)
+    n, n_plate = mpf(lens_index) / mpf(ambient_index), mpf(plate_index) / mpf(ambient_index)
     if screen == "gap" and view == "transmitted":
         height = -plate_thickness + plate_thickness / n_plate
     elif screen == "gap":
         # The plate's upper face through the convex face (power (n' - n) c), then through the flat one.
         n_gap, c = mpf(gap_index), 1 / mpf(radius)
-        inside = mpf(index) / (n_gap / (-gap) + (mpf(index) - n_gap) * c) if gap else mpf(0)
+        inside = mpf(lens_index) / (n_gap / (-gap) + (mpf(lens_index) - n_gap) * c) if gap else mpf(0)
         height = gap + lens_thickness - (lens_thickness - inside) / n
     elif view == "transmitted":
         height = -plate_thickness - mpf(screen)
@@ -152,7 +152,7 @@ def rings(
             Face(inf, [mpf(0)] * 3, plate_tilt),
             Face(inf, shift(-plate_thickness, plate_tilt), plate_tilt),
         ],
-        media=[ambient_index, index, gap_index, plate_index, ambient_index],
+        media=[ambient_index, lens_index, gap_index, plate_index, ambient_index],
         screen=Face(inf, [mpf(0), mpf(0), height]),
         light_tilt=light_tilt,
     )

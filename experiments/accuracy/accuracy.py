@@ -82,7 +82,7 @@ def random_bench(random: np.random.Generator, view: str, pixels: int):
         gap=random.uniform(0, 20e-6),
         view=view,
         screen=10 ** random.uniform(-4, -1),
-        index=random.uniform(1.4, 1.8),
+        lens_index=random.uniform(1.4, 1.8),
         plate_index=random.uniform(1.4, 1.8),
         lens_tilt=tuple(random.uniform(-3e-3, 3e-3, 2)),
         plate_tilt=tuple(random.uniform(-3e-3, 3e-3, 2)),

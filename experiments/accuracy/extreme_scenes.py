@@ -20,12 +20,12 @@ from oracles import mpf, mpmath
 
 TURNED = ("lens", "plate", "light", "face 0", "face 1", "face 2", "face 3", "screen")
 BASE = {
-    "curvature": 0.5, "wavelength": 500e-9, "gap": 1e-6, "height": 0.0, "index": 1.5, "plate_index": 1.5,
+    "curvature": 0.5, "wavelength": 500e-9, "gap": 1e-6, "height": 0.0, "lens_index": 1.5, "plate_index": 1.5,
     "gap_index": 1.0, "ambient_index": 1.0, "lens_thickness": 5e-3, "plate_thickness": 5e-3,
     **{f"{name} {axis}": 0.0 for name in TURNED for axis in "xy"},
 }  # fmt: skip
 NAMES = tuple(BASE)
-INDICES = ("index", "plate_index", "gap_index", "ambient_index")
+INDICES = ("lens_index", "plate_index", "gap_index", "ambient_index")
 THICKNESSES = ("lens_thickness", "plate_thickness")
 WORDS = {"transmitted": oracles.TRANSMITTED, "reflected": oracles.REFLECTED}
 VIEWS = tuple(WORDS)
@@ -79,7 +79,7 @@ class Row:
         n = {**BASE, **self.numbers}
         invariant = n["ambient_index"] * np.sin(n["light y"])
         down = self.view == "transmitted"
-        way = [(n["plate_index"], n["plate_thickness"])] if down else [(n["index"], n["lens_thickness"])]
+        way = [(n["plate_index"], n["plate_thickness"])] if down else [(n["lens_index"], n["lens_thickness"])]
         way += [(n["ambient_index"], n.get("screen", 1e-3))] + ([] if not down else [(n["gap_index"], n["gap"])])
         return -sum(length * np.tan(np.arcsin(min(invariant / index, 1.0))) for index, length in way)
 
@@ -258,7 +258,7 @@ def _steep():
             numbers = {"curvature": 50.0, "screen": "gap"}
             yield Row("r/R", f"{part}", view, numbers, "gap", part * 0.02 / 2**0.5)
     # Without a lens to bend them rays go straight on: the direct beam reaches the equator.
-    straight = {"curvature": 50.0, "index": 1.0, "screen": "gap"}
+    straight = {"curvature": 50.0, "lens_index": 1.0, "screen": "gap"}
     yield Row("r/R", "0.999, lens of index 1", "transmitted", straight, "gap", 0.01412)
 
 
@@ -280,11 +280,11 @@ def _wavelengths():
 
 def _indices():
     for view in VIEWS:
-        yield Row("index", "all media 1", view, {"index": 1.0, "plate_index": 1.0}, "index", rings_wide(2.0))
+        yield Row("index", "all media 1", view, {"lens_index": 1.0, "plate_index": 1.0}, "lens_index", rings_wide(2.0))
         yield Row(
             "index", "all media 1.5", view, {"gap_index": 1.5, "ambient_index": 1.5}, "gap_index", rings_wide(2.0)
         )
-        yield Row("index", "lens 1", view, {"index": 1.0}, "index", rings_wide(2.0))
+        yield Row("index", "lens 1", view, {"lens_index": 1.0}, "lens_index", rings_wide(2.0))
         yield Row("index", "liquid as the glasses", view, {"gap_index": 1.5}, "gap_index", rings_wide(2.0))
         for name in INDICES:
             yield Row("index", f"{name} 4", view, {name: 4.0}, name, rings_wide(2.0))
@@ -368,7 +368,7 @@ REFUSED = {
     ("radius", "0"): lambda: nj.newton_rings(0.0),
     ("wavelength", "0"): lambda: nj.newton_rings(wavelength=0.0),
     ("gap", "infinite"): lambda: nj.newton_rings(gap=np.inf),
-    ("index", "0"): lambda: nj.newton_rings(index=0.0),
+    ("index", "0"): lambda: nj.newton_rings(lens_index=0.0),
     ("thickness", "0"): lambda: nj.newton_rings(lens_thickness=0.0),
     ("incidence", "not a number"): lambda: nj.newton_rings(light_tilt=(0.0, np.nan)),
     ("image", "no pixel"): lambda: nj.Camera((0, 5), 1e-6),

@@ -24,7 +24,7 @@ from experiments import records
 SCENE = nj.newton_rings(2.0, 500e-9, 1e-6)
 FIELD = 5e-3
 BEAMS = (2, 3, 4, 6, 8)
-NAMES = ("radius", "wavelength", "gap", "screen", "index", "plate_index", "lens_thickness", "plate_thickness")
+NAMES = ("radius", "wavelength", "gap", "screen", "lens_index", "plate_index", "lens_thickness", "plate_thickness")
 POINT = (2.0, 500e-9, 1e-6, 1e-3, 1.5, 1.5, 5e-3, 5e-3)
 # What an exponent may not be over: pixels and scenes count singly, pairs of beams and rays at nodes by their squares.
 LIMITS = {"pixels": 1.15, "nodes": 1.8, "beams": 2.2, "scenes": 1.15, "parameters": 0.7}

@@ -2,6 +2,7 @@
 this table. No JAX here: the shell's `--help` reads it.
 """
 
+from collections.abc import Iterable
 from typing import Any, Literal, NamedTuple
 
 Kind = Literal["length", "wavelength", "screen", "angle", "angles", "index", "fraction", "view", "names"]
@@ -52,9 +53,10 @@ ARGUMENTS = (
     Argument("view", "view", "transmitted", "transmitted", _VIEW_HELP, _VIEW, "view", _RINGS),
     Argument("view", "view", "reflected", "reflected", _VIEW_HELP, _VIEW, "view", _WEDGE),
     Argument("screen", "screen", 1e-3, "1mm", _SCREEN_HELP, _SCREEN, "screen"),
-    Argument("index", "index", 1.5, "1.5", "Refractive index of the lens, or of both plates of a wedge.",
+    Argument("lens_index", "index", 1.5, "1.5", "Refractive index of the lens, or of the upper plate of a wedge.",
              _INDEX, "positive"),
-    Argument("plate_index", "index", 1.5, "1.5", "Refractive index of the plate.", _INDEX, "positive", _RINGS),
+    Argument("plate_index", "index", 1.5, "1.5", "Refractive index of the plate, the lower one of a wedge.",
+             _INDEX, "positive"),
     Argument("gap_index", "index", 1.0, "1", "Refractive index of what fills the gap.", _INDEX, "positive"),
     Argument("ambient_index", "index", 1.0, "1", "Refractive index of the surroundings.", _INDEX, "positive"),
     Argument("lens_thickness", "length", 5e-3, "5mm", "Thickness of the lens on its axis.",
@@ -81,8 +83,20 @@ ARGUMENTS = (
              "a positive focal length in metres, or None", "positive"),
 )  # fmt: skip
 BENCHES = ("newton_rings", "air_wedge")
+# What arguments were called before, and what they are now.
+_RENAMED = {
+    "newton_rings": {"index": "lens_index"},
+    "air_wedge": {"index": "lens_index and plate_index, of the upper and of the lower plate"},
+}
 
 
 def arguments_of(bench: str) -> tuple[Argument, ...]:
     """The arguments of a bench, in the order of its signature."""
     return tuple(argument for argument in ARGUMENTS if bench in argument.benches)
+
+
+def refuse_old_names(bench: str, names: Iterable[str]) -> None:
+    """Raise ValueError for a name that an argument had before, with its present one."""
+    for name in names:
+        if name in _RENAMED[bench]:
+            raise ValueError(f"{name} of {bench} is called {_RENAMED[bench][name]} now")

@@ -7,7 +7,7 @@ from typing import ParamSpec
 
 import numpy as np
 
-from newtonjax.benches.arguments import Argument, arguments_of
+from newtonjax.benches.arguments import Argument, arguments_of, refuse_old_names
 from newtonjax.numerics import finite, positive, require, require_pair, shown
 from newtonjax.scene import Scene
 
@@ -28,6 +28,7 @@ def checked(bench: Callable[_Parameters, Scene]) -> Callable[_Parameters, Scene]
 
     @wraps(bench)
     def with_checks(*args: _Parameters.args, **kwargs: _Parameters.kwargs) -> Scene:
+        refuse_old_names(bench.__name__, kwargs)
         for name, value in signature.bind(*args, **kwargs).arguments.items():
             _check(table[name], value)
         return bench(*args, **kwargs)

@@ -33,7 +33,7 @@ def newton_rings(
     view: str = "transmitted",
     *,
     screen: Scalar | str = 1e-3,
-    index: Scalar = 1.5,
+    lens_index: Scalar = 1.5,
     plate_index: Scalar = 1.5,
     gap_index: Scalar = 1.0,
     ambient_index: Scalar = 1.0,
@@ -61,7 +61,7 @@ def newton_rings(
         face and at the plate's upper face); `beams` (words, or names as in `choose_beams`) replaces the pair.
       screen: distance [m] of a plane below the plate ("transmitted") or above the lens ("reflected"), or "gap": a
         microscope focused on the plate's upper face, i.e. the plane of that face's paraxial image through the glass.
-      index, plate_index, gap_index, ambient_index: refractive indices.
+      lens_index, plate_index, gap_index, ambient_index: refractive indices.
       lens_thickness, plate_thickness: on the axis [m].
       lens_tilt, plate_tilt: rotations about x and y [rad], of the lens about its apex, of the plate about the origin.
       light_tilt, polarization, polarization_degree: as in `Light`.
@@ -84,7 +84,7 @@ def newton_rings(
             Surface(0.0, (0.0, 0.0, 0.0), plate_tilt),
             Surface(0.0, _point_on_axis(plate_axis, -plate_thickness), plate_tilt),
         ),
-        media=(ambient_index, index, gap_index, plate_index, ambient_index),
+        media=(ambient_index, lens_index, gap_index, plate_index, ambient_index),
         light=Light(wavelength, light_tilt, polarization, degree=polarization_degree),
         screen=Surface(0.0, (0.0, 0.0, height)),
         beams=_PAIRS[view],
@@ -119,7 +119,8 @@ def air_wedge(
     view: str = "reflected",
     *,
     screen: Scalar | str = 1e-3,
-    index: Scalar = 1.5,
+    lens_index: Scalar = 1.5,
+    plate_index: Scalar = 1.5,
     gap_index: Scalar = 1.0,
     ambient_index: Scalar = 1.0,
     thickness: Scalar = 5e-3,
@@ -137,9 +138,10 @@ def air_wedge(
     Args:
       angle: of the wedge [rad], below a quarter turn in size.
       gap: thickness of the gap on the axis [m].
+      lens_index, plate_index: refractive indices of the upper and of the lower plate.
       thickness: of both plates [m].
-      view, screen, light_tilt, polarization, polarization_degree, beams, shield, collecting_lens, wavelength and the
-        indices: as in `newton_rings`.
+      view, screen, light_tilt, polarization, polarization_degree, beams, shield, collecting_lens, wavelength,
+        gap_index, ambient_index: as in `newton_rings`.
 
     Raises ValueError for values that no bench can have. Traced values are not checked.
 
@@ -150,8 +152,8 @@ def air_wedge(
         gap,
         view,
         screen=screen,
-        index=index,
-        plate_index=index,
+        lens_index=lens_index,
+        plate_index=plate_index,
         gap_index=gap_index,
         ambient_index=ambient_index,
         lens_thickness=thickness,

@@ -10,7 +10,7 @@ import msgspec
 import tomli_w
 
 from newtonjax.benches import lens_on_plate
-from newtonjax.benches.arguments import BENCHES, Argument, arguments_of
+from newtonjax.benches.arguments import BENCHES, Argument, arguments_of, refuse_old_names
 from newtonjax.scene import Camera, CollectingLens, Light, Scene, Shield, Surface, word_of
 
 Three = tuple[float, float, float]
@@ -138,6 +138,9 @@ def load_scene(path: str | Path) -> tuple[Scene, Camera | None]:
 
 def _convert(given: dict) -> SceneFields:
     """The file's tables, checked; what msgspec says of a bad one, with the value and the fields that it leaves out."""
+    for bench in BENCHES:
+        if isinstance(given.get(bench), dict):
+            refuse_old_names(bench, given[bench])
     try:
         return cast("SceneFields", msgspec.convert(given, _File))
     except msgspec.ValidationError as error:

@@ -19,7 +19,12 @@ def random_bench(rng):
     view = str(rng.choice(list(BEAMS)))
     number = int(rng.integers(1, 5))
     tilts = {name: tuple(rng.normal(0, 1e-3, 2)) for name in ("plate_tilt", "light_tilt") if rng.random() < 0.5}
-    common = {"view": view, "gap": rng.uniform(0, 2e-6), "index": rng.uniform(1.4, 1.8), "beams": BEAMS[view][:number]}
+    common = {
+        "view": view,
+        "gap": rng.uniform(0, 2e-6),
+        "lens_index": rng.uniform(1.4, 1.8),
+        "beams": BEAMS[view][:number],
+    }
     if rng.random() < 0.3:
         scene = nj.air_wedge(rng.uniform(1e-4, 1e-3), **common, light_tilt=tilts.get("light_tilt", (0.0, 0.0)))
     else:

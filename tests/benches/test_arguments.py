@@ -91,3 +91,14 @@ def test_options_are_what_was_given_in_si():
 def test_the_table_comes_without_jax():
     program = "import sys; from newtonjax.benches import ARGUMENTS; sys.exit('jax' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("bench", "names"), [("newton_rings", "lens_index now"), ("air_wedge", "lens_index and plate_index")]
+)
+def test_an_argument_by_its_old_name_is_refused_with_the_new_one(bench, names, tmp_path):
+    with pytest.raises(ValueError, match=f"index of {bench} is called {names}"):
+        getattr(nj, bench)(index=1.6)
+    (tmp_path / "old.toml").write_text(f"[{bench}]\nindex = 1.6\n")
+    with pytest.raises(ValueError, match=rf"old\.toml: index of {bench} is called {names}"):
+        nj.load_scene(tmp_path / "old.toml")

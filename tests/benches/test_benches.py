@@ -57,7 +57,7 @@ def test_a_microscope_on_the_gap_focuses_where_the_glass_shows_it():
         ({"beams": "R1"}, "beams is 'R1'; allowed: a sequence of names"),
         ({"light_tilt": 0.1}, "light_tilt is 0.1; allowed: two angles"),
         ({"view": "above"}, "view is 'above'; allowed: 'transmitted' or 'reflected'"),
-        ({"index": -1.5}, "index is -1.5; allowed: a positive refractive index"),
+        ({"lens_index": -1.5}, "lens_index is -1.5; allowed: a positive refractive index"),
     ],
 )
 def test_a_bench_that_cannot_be_is_refused_with_field_value_and_allowed(given, message):

@@ -8,7 +8,7 @@ import newtonjax as nj
 
 def test_the_gaps_fringes_of_a_wedge_are_localized_in_the_image_of_its_gap():
     """Head-on, the inner faces' rays meet a paraxial image depth below the upper plate's face."""
-    wedge = nj.air_wedge(1e-5, gap=0.0, index=1.5)
+    wedge = nj.air_wedge(1e-5, gap=0.0, lens_index=1.5, plate_index=1.5)
     # d - d/n = 5 mm / 3, seen from above; to first order in the angle.
     assert nj.meeting_height(wedge, "R1", "R2") == pytest.approx(5e-3 / 3, rel=1e-4)
 

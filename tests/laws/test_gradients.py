@@ -15,7 +15,7 @@ import newtonjax as nj
 VIEWS = ("transmitted", "reflected")
 SHAPE = (3, 3)  # the middle pixel is the apex where the camera is centred
 PRESET = {
-    "wavelength": 500e-9, "gap": 0.0, "screen": 1e-3, "index": 1.5, "plate_index": 1.5, "gap_index": 1.0,
+    "wavelength": 500e-9, "gap": 0.0, "screen": 1e-3, "lens_index": 1.5, "plate_index": 1.5, "gap_index": 1.0,
     "ambient_index": 1.0, "lens_thickness": 5e-3, "plate_thickness": 5e-3, "lens_tilt": (0.0, 0.0),
     "plate_tilt": (0.0, 0.0), "light_tilt": (0.0, 0.0), "polarization": 0.3,
 }  # fmt: skip
@@ -29,10 +29,10 @@ PLACES = {
     "contact, apex, normal incidence": {},
     "negative gap": {"gap": -0.3e-6},
     "plane": {"curvature": 0.0, "gap": 1.03e-6},
-    "equal indices": {"index": 1.0, "plate_index": 1.0, "gap": 1e-6},
+    "equal indices": {"lens_index": 1.0, "plate_index": 1.0, "gap": 1e-6},
     "equal glasses, liquid": {"gap_index": 1.5, "gap": 1e-6},
     "general": {
-        "curvature": -0.7, "gap": 2e-6, "lens_tilt": (1e-3, -2e-3), "plate_tilt": (-1e-3, 5e-4), "index": 1.6,
+        "curvature": -0.7, "gap": 2e-6, "lens_tilt": (1e-3, -2e-3), "plate_tilt": (-1e-3, 5e-4), "lens_index": 1.6,
         "light_tilt": (0.02, 0.03), "gap_index": 1.2, "screen": 20e-3,
     },
 }  # fmt: skip
@@ -145,7 +145,7 @@ def test_derivatives_by_every_number_are_finite_and_those_of_central_differences
 def test_derivatives_are_finite_where_rays_miss_and_zero_where_all_do(method, view):
     """A sphere of 5 mm, and pixels 4 mm apart: only the middle one is reached (the closed form has all of them)."""
     _, forward, reverse, names = kernels(view, method)
-    flat, _ = numbers(method, curvature=200.0, index=1.9, pixel_size=4e-3, gap=1e-6)
+    flat, _ = numbers(method, curvature=200.0, lens_index=1.9, pixel_size=4e-3, gap=1e-6)
     at = jnp.concatenate([flat, jnp.zeros(len(names) - len(flat))])
     jacobian = np.asarray(forward(at)).T
     assert np.isfinite(jacobian).all()

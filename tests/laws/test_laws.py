@@ -12,7 +12,7 @@ from newtonjax.rays import amplitudes, arrive, carry_field, gather, trace
 from newtonjax.scene import itinerary
 from newtonjax.scene.beams import words
 
-INDICES = {"index": 1.62, "plate_index": 1.46, "gap_index": 1.1, "ambient_index": 1.0003}
+INDICES = {"lens_index": 1.62, "plate_index": 1.46, "gap_index": 1.1, "ambient_index": 1.0003}
 LEANING = {"lens_tilt": (3e-3, -5e-3), "plate_tilt": (-2e-3, 4e-3), "light_tilt": (0.05, -0.02)}
 VIEWS = ("transmitted", "reflected")
 POINTS = 64  # every call has this shape, so that one compiled function serves all
@@ -251,7 +251,7 @@ def unpolarized_coefficient(scene, beam, radius):
 )
 def test_flux_through_the_image_of_a_disc_is_the_flux_launched_times_the_coefficients(view, distance, beam):
     """A bench of 25 mm radius, the screen leaning, so that the image of the disc of launch points is none."""
-    scene = nj.newton_rings(0.025, 500e-9, 2e-6, view, screen=distance, index=1.62)
+    scene = nj.newton_rings(0.025, 500e-9, 2e-6, view, screen=distance, lens_index=1.62)
     scene = dataclasses.replace(scene, screen=dataclasses.replace(scene.screen, tilt=(0.1, -0.2)))
     disc = 3e-3
     x, weight = np.polynomial.legendre.leggauss(24)

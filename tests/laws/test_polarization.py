@@ -13,7 +13,13 @@ from newtonjax.scene import field_at_launch, irradiance, shares
 CAMERA = nj.Camera((20, 24), 10e-6)
 SPLAT = nj.Splat(step=4e-6, epsilon=1e-2)
 # Skew: s and p mix, and differ.
-SKEW = {"light_tilt": (0.5, 0.3), "lens_tilt": (2e-3, -1e-3), "plate_tilt": (-1e-3, 2e-3), "index": 1.7, "screen": 2e-3}
+SKEW = {
+    "light_tilt": (0.5, 0.3),
+    "lens_tilt": (2e-3, -1e-3),
+    "plate_tilt": (-1e-3, 2e-3),
+    "lens_index": 1.7,
+    "screen": 2e-3,
+}
 
 
 def skew(**light):

@@ -62,7 +62,7 @@ def random_benches(view, count=25, seed=7):
         screen = [0.0, 1e-3, 10e-3, 50e-3][k % 4]
         gap = rng.choice([0.0, 1e-6, 20e-6])
         scenes.append(
-            nj.newton_rings(radius, WAVELENGTH, gap, view, screen=screen, index=rng.uniform(1.4, 1.8), **tilts)
+            nj.newton_rings(radius, WAVELENGTH, gap, view, screen=screen, lens_index=rng.uniform(1.4, 1.8), **tilts)
         )
         half = min(0.1 * radius, 6e-3) * rng.uniform(0.3, 1)
         cameras.append(nj.Camera(SMALL, 2 * half / SMALL[0]))
@@ -119,7 +119,7 @@ def test_reported_error_bounds_the_real_one_on_random_benches(view):
 
 def test_error_is_infinite_where_a_beam_misses_a_node():
     """Total reflection: a ray that leaves the glass of a strong lens near its edge passes no further."""
-    scene = nj.newton_rings(5e-3, WAVELENGTH, index=1.9, screen="gap")
+    scene = nj.newton_rings(5e-3, WAVELENGTH, lens_index=1.9, screen="gap")
     wide, narrow = nj.Camera(SMALL, 200e-6), nj.Camera(SMALL, 10e-6)
     estimate = eqx.filter_jit(lambda camera: nj.Chebyshev(5).error(scene, camera))
     assert np.isinf(estimate(wide).phase)
@@ -132,7 +132,7 @@ def test_closed_form_is_the_two_beam_formula_of_the_exact_sphere(view, sign):
     """I = A² + B² ± 2AB cos(4π n t / λ), A and B by Fresnel at normal incidence; in extended precision."""
     n, liquid, gap, radius = 1.6, 1.33, 0.3e-6, 0.5
     scene = nj.newton_rings(
-        radius, WAVELENGTH, gap, view, screen="gap", index=n, plate_index=1.5, gap_index=liquid, ambient_index=1.0
+        radius, WAVELENGTH, gap, view, screen="gap", lens_index=n, plate_index=1.5, gap_index=liquid, ambient_index=1.0
     )
     camera = nj.Camera((7, 9), 100e-6, centre_px=(1.0, 2.5))
     long = np.longdouble

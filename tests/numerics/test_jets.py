@@ -23,7 +23,7 @@ BENCHES = {
     "transmitted": nj.newton_rings(2.0, 550e-9, 1e-6, "transmitted", screen=20e-3),
     "contact at normal incidence": nj.newton_rings(1.0, 550e-9, 0.0, "reflected", screen="gap"),
     "flat": nj.newton_rings(np.inf, 550e-9, 0.2e-6, "reflected", screen=1e-3, light_tilt=(0.01, 0.0)),
-    "equal indices": nj.newton_rings(1.0, 550e-9, 1e-6, "transmitted", index=1.5, gap_index=1.5, screen=1e-3),
+    "equal indices": nj.newton_rings(1.0, 550e-9, 1e-6, "transmitted", lens_index=1.5, gap_index=1.5, screen=1e-3),
     "elliptic": replace(nj.newton_rings(2.0, 550e-9, 0.3e-6, "reflected", screen="gap"),
                         light=Light(550e-9, (0.01, 0.02), 0.3, 0.2, 0.7)),
     "beyond a focus": nj.newton_rings(0.02, 550e-9, 1e-6, "reflected", screen=0.2),

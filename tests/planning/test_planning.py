@@ -24,7 +24,7 @@ def benches():
         yield scene, nj.Camera(SHAPE, 2 * half / SHAPE[0])
     # A camera that looks past the edge of total reflection, and a tiny field on the first bright ring, where
     # the closed form is exact enough.
-    yield nj.newton_rings(5e-3, WAVELENGTH, view="reflected", index=1.9), nj.Camera(SHAPE, 250e-6)
+    yield nj.newton_rings(5e-3, WAVELENGTH, view="reflected", lens_index=1.9), nj.Camera(SHAPE, 250e-6)
     yield nj.newton_rings(20.0, WAVELENGTH, view="reflected", screen="gap"), nj.Camera(SHAPE, 1e-6, (-2411.0, 15.5))
     yield nj.air_wedge(1e-4, WAVELENGTH, 3e-6, "reflected", screen="gap"), nj.Camera(SHAPE, 50e-6)
 

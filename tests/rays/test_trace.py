@@ -29,7 +29,7 @@ BENCHES = {
     "plate tilted": {"plate_tilt": LEANING["plate_tilt"], "gap": 5e-6},
     "light tilted": {"light_tilt": LEANING["light_tilt"], "screen": 10e-3},
     "all tilted, 80 mm": {**LEANING, "screen": 80e-3, "gap": 1e-6},
-    "liquid, unlike glasses": {"gap_index": 1.33, "index": 1.62, "plate_index": 1.46, "ambient_index": 1.00027},
+    "liquid, unlike glasses": {"gap_index": 1.33, "lens_index": 1.62, "plate_index": 1.46, "ambient_index": 1.00027},
 }
 WORDS = {"transmitted": oracles.TRANSMITTED, "reflected": oracles.REFLECTED}
 # The paths are up to 100 mm long, of which a double rounds off 2e-11 turns at every operation.

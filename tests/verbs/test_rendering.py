@@ -100,7 +100,9 @@ def test_unpolarized_light_is_the_mean_of_two_polarizations():
 def test_rays_that_miss_leave_darkness_and_no_nan():
     """A strong lens reflects totally at its convex face beyond the radius R sin(critical angle) = R / n."""
     radius, n, pixel = 5e-3, 1.9, 0.2e-3
-    scene = nj.newton_rings(radius, WAVELENGTH, 1e-6, index=n, screen=0.0, plate_thickness=1e-6, beams=["T0 T1 T2 T3"])
+    scene = nj.newton_rings(
+        radius, WAVELENGTH, 1e-6, lens_index=n, screen=0.0, plate_thickness=1e-6, beams=["T0 T1 T2 T3"]
+    )
     image = np.asarray(nj.render(scene, nj.Camera((1, 81), pixel), method=nj.Traced()))[0]
     assert np.isfinite(image).all()
     x = np.abs(np.arange(81) - 40) * pixel
