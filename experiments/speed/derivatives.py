@@ -5,8 +5,14 @@ thicknesses, tilts of lens and light): value, gradient by `jax.value_and_grad`, 
 and with, beside one image of the same function, in turns in one process; medians of CPU time, over all threads, and of
 wall time. The rays' own derivatives at the nodes are left out: they are the same for every size of image.
 
+What a gradient is made of is measured in the same turns, and given in compiled copies of the image too: the misfit; the
+misfit with its cotangent, which JAX hands to the image's rule as a whole image; and the sums over the pixels of a
+cotangent. Of its `parts`, misfit and sums, only the sums are this library's own beyond the image.
+
     python -m experiments.speed.derivatives [--quick]
 """
+
+import json
 
 import jax
 import jax.numpy as jnp
@@ -19,6 +25,8 @@ from newtonjax.verbs import from_coefficients
 
 LIMITS = {"gradient": 5.0, "normal equations": 8.0, "normal equations with weights": 10.5}
 PARAMETERS = 12
+# What a gradient is made of, by the names of `ratios`.
+PIECES = ("image", "misfit", "misfit and cotangent", "sums", "parts")
 
 
 def bench() -> nj.Scene:
@@ -26,7 +34,7 @@ def bench() -> nj.Scene:
 
 
 def ratios(nodes: int, camera: nj.Camera, rounds: int) -> dict[str, float]:
-    """Median CPU and wall time of each over the image's."""
+    """Median CPU and wall time of each over the image's, and CPU time of a gradient and its pieces over a copy's."""
     at = jnp.asarray(nj.Chebyshev(nodes).picture(bench(), camera).coefficients)
     rng = np.random.default_rng(0)
     decay = np.exp(-np.add.outer(np.arange(nodes), np.arange(nodes)))
@@ -43,21 +51,36 @@ def ratios(nodes: int, camera: nj.Camera, rounds: int) -> dict[str, float]:
     def misfit(p, data):
         return jnp.sum((synthesize(fields(p), camera.shape) - data) ** 2)
 
+    def with_cotangent(p, data):
+        residual = synthesize(fields(p), camera.shape) - data
+        return jnp.sum(residual**2), 2 * residual
+
+    def sums(p, cotangent):
+        return jax.vjp(lambda p: synthesize(fields(p), camera.shape), p)[1](cotangent)
+
     value, gradient = jax.jit(misfit), jax.jit(jax.value_and_grad(misfit))
+    copied, compared, summed = jax.jit(jnp.copy), jax.jit(with_cotangent), jax.jit(sums)
+    cotangent = compared(point, data)[1]
     equations = jax.jit(lambda p, data, weights: from_coefficients(fields, p, camera.shape, data, weights))
     solved = equations(point, data, None)
     size = float(jnp.abs(solved.gradient).max())
     np.testing.assert_allclose(2 * solved.gradient, gradient(point, data)[1], rtol=1e-9, atol=1e-9 * size)
     runs = {
+        "copy": lambda: copied(data),
         "image": lambda: image(point),
         "misfit": lambda: value(point, data),
+        "misfit and cotangent": lambda: compared(point, data),
+        "sums": lambda: summed(point, cotangent),
         "gradient": lambda: gradient(point, data),
         "normal equations": lambda: equations(point, data, None),
         "normal equations with weights": lambda: equations(point, data, weights),
     }
     cpu, wall = records.cpu_and_wall(runs, rounds)
-    walls = {f"{name}, wall": wall[name] / wall["image"] for name in runs}
-    return {name: seconds / cpu["image"] for name, seconds in cpu.items()} | walls
+    for seconds in (cpu, wall):
+        seconds["parts"] = seconds["misfit"] + seconds["sums"]
+    in_copies = {f"{name}, in copies": cpu[name] / cpu["copy"] for name in (*PIECES, "gradient")}
+    in_images = {name: cpu[name] / cpu["image"] for name in cpu}
+    return in_images | in_copies | {f"{name}, wall": wall[name] / wall["image"] for name in wall}
 
 
 def main(quick: bool) -> None:
@@ -65,7 +88,7 @@ def main(quick: bool) -> None:
     camera = nj.Camera((size, size), 5e-6 * 1024 / size)
     table = [{"nodes": nodes, **ratios(nodes, camera, rounds)} for nodes in grids]
     for row in table:
-        print(row)
+        print(json.dumps({name: round(value, 2) for name, value in row.items()}, indent=1))
     if not quick:
         records.save("derivatives", table)
     for row in table:

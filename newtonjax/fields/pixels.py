@@ -84,10 +84,10 @@ def _way(columns: int, count: int, dtype: str) -> AbstractRow:
 
 
 @lru_cache(maxsize=8)
-def _along_y(rows: int, count: int, whole: bool) -> Array | np.ndarray:
-    """The basis along y, on the device too where it is taken whole."""
+def _along_y(rows: int, count: int, on_device: bool) -> Array | np.ndarray:
+    """The basis along y, on the device where no blocks are cut from it."""
     basis = chebyshev.basis(rows, count)
-    return jax.device_put(basis) if whole else basis
+    return jax.device_put(basis) if on_device else basis
 
 
 @partial(jax.jit, static_argnames="dtype", compiler_options=WIDE)

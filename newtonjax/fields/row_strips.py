@@ -35,7 +35,7 @@ class AbstractRow(eqx.Module):
 
     def fields(self, terms: Array) -> list[Float[Array, "rows *columns"]]:
         """The pixels of all fields."""
-        return [self.field(one) for one in terms]
+        return [self.field(field) for field in terms]
 
     @abc.abstractmethod
     def flat(self, field: Float[Array, "rows *columns"]) -> Float[Array, "rows columns"]:
@@ -145,8 +145,8 @@ def single_row(columns: int, count: int) -> Strips | None:
 def _width(columns: int, count: int) -> int | None:
     """Columns of a strip, so that there are about as many strips as nodes: whole vectors, and no columns in vain."""
     most = min(columns // max(count - 1, 1), _WIDEST) // _NARROWEST * _NARROWEST
-    whole = [width for width in range(most, most // 2, -1) if width % _NARROWEST == 0 and columns % width == 0]
-    return next(iter(whole), most) or None
+    divisors = [width for width in range(most, most // 2, -1) if width % _NARROWEST == 0 and columns % width == 0]
+    return next(iter(divisors), most) or None
 
 
 @lru_cache(maxsize=32)

@@ -81,15 +81,15 @@ def product_sums(
     fine, pairs, way = 2 * count - 1, (fields - 1) // 2, row(shape[1], count)
 
     def of_block(block: _Block) -> tuple[list[Array], list[Array], list[Array]]:
-        background, *others = way.tables(coefficients, block.along_y[:count])
-        slopes = fenced(coefficients, _slopes, others)
+        background, *waves = way.tables(coefficients, block.along_y[:count])
+        slopes = fenced(coefficients, _slopes, waves)
         weight = jnp.ones_like(background) if weights is None else block.cut(weights)
         factors = [weight, *(weight * slope for slope in slopes)]
         products = [factors[a] * slopes[b - 1] if b else weight for a, b in pairs_of(fields)]
         moments = [block.over_rows(product, fine) for product in products]
         if data is None:
             return [], [], moments
-        residual = background + sum(map(jnp.multiply, others[:pairs], slopes)) - block.cut(data)
+        residual = background + sum(map(jnp.multiply, waves[:pairs], slopes)) - block.cut(data)
         squares = block.over_rows(weight * residual * residual, 1)
         return [squares], [block.over_rows(residual * factor, count) for factor in factors], moments
 

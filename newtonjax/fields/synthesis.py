@@ -78,12 +78,12 @@ def _pushed(coefficients, changes, *, shape):
     """Changes of the image [n, rows, columns] for changes of the coefficients [n, fields, count, count]."""
     factors = slopes(chebyshev.expand(without_turns(coefficients), shape))
 
-    def one(change):
-        background, *others = chebyshev.expand(change, shape)
-        return background + sum(factor * other for factor, other in zip(factors, others, strict=True))
+    def image_change(change):
+        background, *waves = chebyshev.expand(change, shape)
+        return background + sum(factor * wave for factor, wave in zip(factors, waves, strict=True))
 
-    few = len(changes) * coefficients.shape[-1] <= _SIDE_BY_SIDE
-    return jax.vmap(one)(changes) if few else jax.lax.map(one, changes)
+    side_by_side = len(changes) * coefficients.shape[-1] <= _SIDE_BY_SIDE
+    return jax.vmap(image_change)(changes) if side_by_side else jax.lax.map(image_change, changes)
 
 
 def _pulled(coefficients, weights, *, shape):  # noqa: ARG001 (the weights have it)
@@ -110,15 +110,15 @@ def _linear_primitive(name: str, compute, result_shape, differentiable) -> Primi
             parts.append(jax.jvp(lambda c: differentiable(c, operand, shape=shape), (at,), (move,))[1])
         return value, sum(parts[1:], parts[0])
 
-    def batch(arguments, axes, *, shape):
+    def batched(arguments, axes, *, shape):
         (at, operand), (at_axis, axis) = arguments, axes
         if at_axis is None:
             operand = jnp.moveaxis(operand, axis, 0)
             flat = primitive.bind(at, operand.reshape(-1, *operand.shape[2:]), shape=shape)
             return flat.reshape(*operand.shape[:2], *flat.shape[1:]), 0
         at = jnp.moveaxis(at, at_axis, 0)
-        many = jnp.broadcast_to(operand, (len(at), *operand.shape)) if axis is None else jnp.moveaxis(operand, axis, 0)
-        return jax.lax.map(lambda both: primitive.bind(*both, shape=shape), (at, many)), 0
+        batch = jnp.broadcast_to(operand, (len(at), *operand.shape)) if axis is None else jnp.moveaxis(operand, axis, 0)
+        return jax.lax.map(lambda pair: primitive.bind(*pair, shape=shape), (at, batch)), 0
 
     primitive.def_impl(jax.jit(compute, static_argnames="shape"))
     primitive.def_abstract_eval(
@@ -126,7 +126,7 @@ def _linear_primitive(name: str, compute, result_shape, differentiable) -> Primi
     )
     mlir.register_lowering(primitive, mlir.lower_fun(compute, multiple_results=False))
     ad.primitive_jvps[primitive] = jvp
-    batching.primitive_batchers[primitive] = batch
+    batching.primitive_batchers[primitive] = batched
     return primitive
 
 
