@@ -63,7 +63,7 @@ def from_all_pixels(result) -> float | None:
         contrast = np.zeros(contrast_at_nodes().shape[1])
         contrast[: len(found.solution.point.contrast)] = found.solution.point.contrast
         weights = np.where(pixels.used, _of_blocks(found, pixels), 0.0)
-        background = found.solution.background.copy()
+        background = found.solution.point.background.copy()
         background[0] += found.reduced.offset - pixels.offset
         last = refine(problem, replace(pixels, weights=weights), found.numbers, background, contrast, 0.0)
     moved = last.numbers[0] - found.numbers[0]

@@ -13,6 +13,7 @@ from fitting.estimate.elimination import Normal as Normal
 from fitting.estimate.elimination import contrast_at_nodes as contrast_at_nodes
 from fitting.estimate.elimination import eliminate as eliminate
 from fitting.estimate.elimination import evaluate as evaluate
+from fitting.estimate.elimination import image_of as image_of
 from fitting.estimate.elimination import normal_equations as normal_equations
 from fitting.estimate.elimination import tilted as tilted
 from fitting.estimate.fringe_moments import Moments as Moments
@@ -23,16 +24,16 @@ from fitting.estimate.fringe_sums import sums as sums
 from fitting.estimate.illumination import FEW as FEW
 from fitting.estimate.illumination import Fitted as Fitted
 from fitting.estimate.illumination import finest as finest
-from fitting.estimate.illumination import is_clean as is_clean
 from fitting.estimate.illumination import problem_of as problem_of
 from fitting.estimate.illumination import robust_fit as robust_fit
 from fitting.estimate.illumination import sharpened as sharpened
-from fitting.estimate.illumination import tukey as tukey
 from fitting.estimate.optimum import NormalMatrix as NormalMatrix
 from fitting.estimate.optimum import bends as bends
 from fitting.estimate.optimum import normal_matrix as normal_matrix
 from fitting.estimate.optimum import score_drop as score_drop
+from fitting.estimate.robust import is_clean as is_clean
 from fitting.estimate.robust import residuals_of as residuals_of
+from fitting.estimate.robust import tukey as tukey
 from fitting.estimate.solver import Problem as Problem
 from fitting.estimate.solver import Solution as Solution
 from fitting.estimate.solver import solve as solve

@@ -5,6 +5,7 @@ a step moves four to nine numbers only. The phase is exact: its difference from 
 cosine and a sine at the nodes, not through a tangent.
 """
 
+from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
 
@@ -66,7 +67,8 @@ class Eliminated(NamedTuple):
 class Point(NamedTuple):
     """Chi-squared at given numbers, with its gradient and normal matrix [free] (background and contrast eliminated).
 
-    - `contrast`: coefficients by `degrees(CONTRAST)`; `modulus` at the nodes.
+    - `contrast`: coefficients by `degrees(CONTRAST)`; `modulus` at the nodes; `background`: coefficients by
+      `degrees(BACKGROUND)`, zeros where its degree is lower.
     - `columns` [envelope, polynomials], `tails` [envelope, free]: how the image changes with them.
     """
 
@@ -77,6 +79,7 @@ class Point(NamedTuple):
     modulus: Float64[np.ndarray, " nodes"]
     columns: Float64[np.ndarray, "envelope polynomials"]
     tails: Float64[np.ndarray, "envelope free"]
+    background: Float64[np.ndarray, " low"]
 
 
 def coefficients_of(degree: int, most: int) -> int:
@@ -187,55 +190,60 @@ def evaluate(rest: Eliminated, fields: Fields, degree: int) -> Point:
     shapes = contrast_at_nodes()[:, : coefficients_of(degree, CONTRAST)]
     if fields.contrast is not None:
         shapes = shapes * fields.contrast[:, None]
-    away = 2 * np.pi * (fields.phase - rest.normal.reference)
-    cosine, sine = np.cos(away), np.sin(away)
-    columns = _both(shapes * cosine[:, None], shapes * sine[:, None])
+    ahead = fields.phase - rest.normal.reference
+    columns = tilted(shapes, ahead)
     changed = rest.fringes @ columns
     target = columns.T @ rest.of_fringes
     inner = _inverse(columns.T @ changed)
     best = inner @ target
     modulus = shapes @ best
-    tails = bent(modulus, fields.phase - rest.normal.reference, fields.slopes)
+    tails = bent(modulus, ahead, fields.slopes)
     if fields.contrast_slopes is not None:
-        grown = (contrast_at_nodes()[:, : len(best)] @ best)[:, None] * fields.contrast_slopes
-        tails = tails + _both(grown * cosine[:, None], grown * sine[:, None])
-    left = rest.of_fringes - changed @ best
+        growth = (contrast_at_nodes()[:, : len(best)] @ best)[:, None] * fields.contrast_slopes
+        tails = tails + tilted(growth, ahead)
+    residual = rest.of_fringes - changed @ best
     crossed = changed.T @ tails
+    background = np.zeros(len(rest.normal.of_smooth))
+    of_fringes = rest.normal.crossed[: rest.low] @ (columns @ best)
+    background[: rest.low] = rest.inverse @ (rest.normal.of_smooth[: rest.low] - of_fringes)
     return Point(
         rest.square - float(best @ target),
-        tails.T @ left,
+        tails.T @ residual,
         tails.T @ (rest.fringes @ tails) - crossed.T @ (inner @ crossed),
         best,
         modulus,
         columns,
         tails,
+        background,
     )
 
 
-def bent(modulus: np.ndarray, away: np.ndarray, bends: np.ndarray) -> np.ndarray:
-    """How an image's coefficients change with bends of its phase [turns, nodes x any], `away` from the reference."""
+def evaluate_model(
+    rest: Eliminated, fields_at: Callable[[np.ndarray], Fields], numbers: np.ndarray, degree: int
+) -> tuple[Fields, Point]:
+    """A model's fields at given numbers, and chi-squared with its derivatives there."""
+    # A step may lead anywhere: what is no number there is no better, and the step is not taken.
+    with np.errstate(over="ignore", invalid="ignore"):
+        fields = fields_at(numbers)
+        return fields, evaluate(rest, fields, degree)
+
+
+def bent(modulus: np.ndarray, ahead: np.ndarray, bends: np.ndarray) -> np.ndarray:
+    """How an image's coefficients change with bends of its phase [turns, nodes x any], `ahead` of the reference."""
     swing = 2 * np.pi * modulus[:, None] * bends
-    cosine, sine = np.cos(2 * np.pi * away), np.sin(2 * np.pi * away)
-    return _both(-swing * sine[:, None], swing * cosine[:, None])
+    cosine, sine = np.cos(2 * np.pi * ahead), np.sin(2 * np.pi * ahead)
+    return _quadratures(-swing * sine[:, None], swing * cosine[:, None])
 
 
-def tilted(shapes: np.ndarray, away: np.ndarray) -> np.ndarray:
-    """Coefficients of contrasts [nodes, any] whose phase is `away` from the reference [turns]."""
-    cosine, sine = np.cos(2 * np.pi * away), np.sin(2 * np.pi * away)
-    return _both(shapes * cosine[:, None], shapes * sine[:, None])
+def tilted(shapes: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+    """Coefficients of contrasts [nodes, any] whose phase is `ahead` of the reference [turns]."""
+    cosine, sine = np.cos(2 * np.pi * ahead), np.sin(2 * np.pi * ahead)
+    return _quadratures(shapes * cosine[:, None], shapes * sine[:, None])
 
 
-def _both(even: np.ndarray, odd: np.ndarray) -> np.ndarray:
-    both = _to_envelope(np.concatenate([even, odd], axis=1))
-    return np.concatenate([both[:, : even.shape[1]], both[:, even.shape[1] :]])
-
-
-def background_of(rest: Eliminated, point: Point) -> np.ndarray:
-    """The best background's coefficients by `degrees(BACKGROUND)`, zeros where the degree is lower."""
-    crossed = rest.normal.crossed[: rest.low] @ (point.columns @ point.contrast)
-    found = np.zeros(len(rest.normal.of_smooth))
-    found[: rest.low] = rest.inverse @ (rest.normal.of_smooth[: rest.low] - crossed)
-    return found
+def _quadratures(even: np.ndarray, odd: np.ndarray) -> np.ndarray:
+    coefficients = _to_envelope(np.concatenate([even, odd], axis=1))
+    return np.concatenate([coefficients[:, : even.shape[1]], coefficients[:, even.shape[1] :]])
 
 
 def image_of(background: np.ndarray, modulus: np.ndarray) -> Image:

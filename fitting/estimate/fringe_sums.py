@@ -19,6 +19,8 @@ from newtonjax.numerics import chebyshev
 _CHUNK = 64
 # Blocks from which on two threads share a pass; below, handing out costs as much as it gains.
 _SHARED = 500_000
+# Blocks to a side at which a phase is looked at to count fringes.
+_SAMPLES = 65
 # Tukey's biweights end at so many standard deviations.
 TUKEY = 6.0
 
@@ -59,6 +61,21 @@ def table_of(values: Float64[np.ndarray, " nodes"]) -> Float64[np.ndarray, "17 1
     """Chebyshev coefficients [in y, in x] of a field given at the nodes."""
     matrix = _analysis()
     return matrix @ values.reshape(NODES, NODES) @ matrix.T
+
+
+def at_blocks(grid: Grid, nodes: np.ndarray) -> np.ndarray:
+    """A field given at the nodes, at every block [rows, columns]."""
+    return grid.along_y[:, :NODES] @ table_of(nodes) @ grid.along_x[:, :NODES].T
+
+
+def fringe_count(reduced: Reduced, phase: np.ndarray) -> float:
+    """Fringes across the used blocks, from the phase at the nodes [turns]."""
+    grid, used = reduced.grid, reduced.used
+    along_y, along_x = grid.along_y, grid.along_x
+    rows, columns = (np.linspace(0, n - 1, min(n, _SAMPLES)).round().astype(int) for n in used.shape)
+    turns = along_y[rows, :NODES] @ table_of(phase) @ along_x[columns, :NODES].T
+    turns = turns[used[np.ix_(rows, columns)]]
+    return float(np.ptp(turns)) if turns.size else 0.0
 
 
 @cache

@@ -1,6 +1,6 @@
 """Least squares on one photograph: the illumination that it calls for, and its outliers."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -9,23 +9,16 @@ from fitting.estimate import edges, robust
 from fitting.estimate.block_phases import fringes_of
 from fitting.estimate.correlated_errors import fringe_correlation
 from fitting.estimate.elimination import CONTRAST, contrast_at_nodes, eliminate, normal_equations
-from fitting.estimate.fringe_sums import Residuals, sums, table_of
+from fitting.estimate.fringe_sums import Residuals, at_blocks, fringe_count, sums
 from fitting.estimate.optimum import NormalMatrix, choose_degrees, normal_matrix
 from fitting.estimate.solver import Problem, Solution, solve, stay
 from fitting.model import BACKGROUND, GapModel, SceneModel, free_numbers
 from fitting.parameters import Numbers
-from fitting.photo import Grid, Reduced, median, thin
+from fitting.photo import Reduced
 
-# Share of blocks beyond four standard deviations from which on they are outliers (a normal distribution: 6e-5), and
-# how many times the variance that their median tells residuals may have without any.
-_OUTLIERS, _HEAVY = 1e-3, 2.0
-# What rounding leaves of the light's sum of squares, in squares of its type's precision.
-_ROUNDED = 1e6
 # With fewer fringes than this a background of high degree imitates them; then these degrees of background and contrast.
 FEW = 4.0
 _SHAPES = ((0, 0), (1, 1), (2, 2))
-# Blocks to a side at which a phase is looked at to count fringes.
-_SAMPLES = 65
 # How often moments are taken anew in one solve, at most.
 ROUNDS = 15
 # A step that promises a smaller drop of chi-squared [variances] is the last one before degrees or weights are known.
@@ -40,6 +33,8 @@ class Fitted:
     - `scale`: standard deviation that Tukey's weights go by; None where all blocks count alike.
     - `fixed`: what the user held, by name; `parts`: of the model's parts those that are there.
     - `matrix`: the normal matrix of all unknowns.
+    - `numbers`: the model's, in the order of `parameters.NUMBERS`; `shape`: degrees of background and contrast.
+    - `chi2`: Σ w (light - fit)²; `weight`: sum of the weights.
     """
 
     model: GapModel | SceneModel
@@ -50,30 +45,22 @@ class Fitted:
     fixed: dict
     parts: tuple[str, ...]
     matrix: NormalMatrix
+    numbers: np.ndarray = field(init=False)
+    shape: tuple[int, int] = field(init=False)
+    converged: bool = field(init=False)
+    chi2: float = field(init=False)
+    weight: float = field(init=False)
 
-    @property
-    def numbers(self) -> np.ndarray:
-        """The model's, in the order of `parameters.NUMBERS`."""
-        return self.solution.numbers
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Degrees of background and contrast."""
-        return self.solution.problem.degrees
-
-    @property
-    def converged(self) -> bool:
-        return self.solution.converged
-
-    @property
-    def chi2(self) -> float:
-        """Σ w (light - fit)²."""
-        return self.left.square
-
-    @cached_property
-    def weight(self) -> float:
-        """Sum of the weights."""
-        return float(self.left.weights.sum(dtype=float))
+    def __post_init__(self):
+        derived = {
+            "numbers": self.solution.numbers,
+            "shape": self.solution.problem.degrees,
+            "converged": self.solution.converged,
+            "chi2": self.left.square,
+            "weight": float(self.left.weights.sum(dtype=float)),
+        }
+        for name, value in derived.items():
+            object.__setattr__(self, name, value)
 
     @cached_property
     def correlation(self) -> float:
@@ -93,7 +80,7 @@ class Fitted:
     @cached_property
     def orders(self) -> float:
         """Fringes across the used part of the image."""
-        return fringes_seen(self.reduced.grid, self.solution.fields.phase, self.reduced.used)
+        return fringe_count(self.reduced, self.solution.fields.phase)
 
     @cached_property
     def phase(self) -> np.ndarray:
@@ -101,19 +88,6 @@ class Fitted:
         at = self.solution.problem.phase.edges(self.numbers)
         grid = self.reduced.grid
         return at_blocks(grid, self.solution.fields.phase) if at is None else at(grid, slice(None))
-
-
-def at_blocks(grid: Grid, nodes: np.ndarray) -> np.ndarray:
-    """A field given at the nodes, at every block [rows, columns]."""
-    return grid.along_y[:, :17] @ table_of(nodes) @ grid.along_x[:, :17].T
-
-
-def fringes_seen(grid: Grid, phase: np.ndarray, used: np.ndarray) -> float:
-    """Fringes across the used blocks, from the phase at the nodes [turns]."""
-    rows, columns = (np.linspace(0, n - 1, min(n, _SAMPLES)).round().astype(int) for n in used.shape)
-    turns = grid.along_y[rows, :17] @ table_of(phase) @ grid.along_x[columns, :17].T
-    seen = turns[used[np.ix_(rows, columns)]]
-    return float(np.ptp(seen)) if seen.size else 0.0
 
 
 def finest(found: Fitted) -> float:
@@ -129,7 +103,8 @@ def problem_of(
     model: GapModel | SceneModel, fixed: dict, parts: tuple[str, ...], degrees: tuple[int, int] = (BACKGROUND, CONTRAST)
 ) -> Problem:
     """What the solver is asked, for what the user holds and the parts that are there."""
-    return Problem(fringes_of(model), free_numbers(fixed, parts), degrees)
+    free = free_numbers(fixed, parts)
+    return Problem(fringes_of(model), free, degrees)
 
 
 def robust_fit(
@@ -146,12 +121,12 @@ def robust_fit(
         solution = _illuminated(model, reduced, [turned], fixed, parts)
     left, scale = robust.residuals_of(solution, reduced, None), None
     spread = robust.spread_of(left, reduced.used)
-    if not is_clean(left, reduced, spread):
-        weighted = replace(reduced, weights=tukey(left.value, reduced, spread))
+    if not robust.is_clean(left, reduced, spread):
+        weighted = replace(reduced, weights=robust.tukey(left.value, reduced, spread))
         start = _illuminated(model, weighted, [solution.numbers], fixed, parts)
         settled = robust.settle(start.problem, reduced, start, spread)
         # What a bad first fit took for outliers may be none.
-        if is_clean(settled.left, reduced, settled.scale):
+        if robust.is_clean(settled.left, reduced, settled.scale):
             solution = _illuminated(model, reduced, [settled.solution.numbers], fixed, parts)
         else:
             solution, left, scale = settled
@@ -169,34 +144,12 @@ def sharpened(found: Fitted) -> Fitted:
         return found
     contrast = np.zeros(contrast_at_nodes().shape[1])
     contrast[: len(solution.point.contrast)] = solution.point.contrast
-    last = edges.refine(problem, reduced, found.numbers, solution.background, contrast, found.scale or 0.0)
+    last = edges.refine(problem, reduced, found.numbers, solution.point.background, contrast, found.scale or 0.0)
     weighted, at = replace(reduced, weights=found.left.weights), problem.phase.edges(last.numbers)
     normal = normal_equations(sums(weighted, problem.phase.fields(last.numbers).phase, at))
     solution = stay(problem, normal, last.numbers, solution.converged)
     left = robust.residuals_of(solution, reduced, found.scale)
     return replace(found, solution=solution, left=left, matrix=last.matrix)
-
-
-def is_clean(left: Residuals, reduced: Reduced, spread: float) -> bool:
-    """Whether residuals hold no outliers: none beyond a normal distribution's, or rounding alone."""
-    light = float((reduced.weights * reduced.light**2).sum(dtype=float))
-    if left.square < _ROUNDED * np.finfo(reduced.light.dtype).eps ** 2 * light:
-        return True
-    sample = thin(reduced.used)
-    away = np.abs(left.value[sample][reduced.used[sample]])
-    square = float((reduced.weights * left.value**2).sum(dtype=float) / reduced.weights.sum(dtype=float))
-    return bool(np.mean(away > 4 * spread) < _OUTLIERS and square < _HEAVY * spread**2)
-
-
-def tukey(residual: np.ndarray, reduced: Reduced, spread: float | None = None) -> np.ndarray:
-    """The blocks' weights times Tukey's biweights, which end at six standard deviations as the median tells them."""
-    if spread is None:
-        sample = thin(reduced.used)
-        spread = 1.4826 * median(np.abs(residual[sample][reduced.used[sample]]))
-    if not spread:
-        return reduced.weights
-    share = np.clip(1 - (residual / np.float32(6 * spread)) ** 2, 0, None)
-    return (reduced.weights * share**2).astype(reduced.weights.dtype)
 
 
 def _illuminated(
@@ -211,7 +164,7 @@ def _illuminated(
     """
     problem = problem_of(model, fixed, parts)
     phase = problem.phase.fields(starts[0]).phase
-    if fringes_seen(reduced.grid, phase, reduced.used) >= FEW:
+    if fringe_count(reduced, phase) >= FEW:
         return converge(problem, reduced, starts[0])
     shapes = [replace(problem, degrees=shape) for shape in _SHAPES]
     tried = [converge(one, reduced, at) for one in shapes for at in starts]

@@ -6,6 +6,7 @@ and drops need no further pass over the image.
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float64
@@ -44,6 +45,7 @@ class NormalMatrix:
         """The same with other unknowns free."""
         return replace(self, active=np.asarray(active, bool))
 
+    @cached_property
     def inverse(self) -> np.ndarray:
         """Of the free unknowns' block, least norm where it is undetermined."""
         return pseudo_inverse(self.block(self.active), _RANK)
@@ -88,7 +90,7 @@ class NormalMatrix:
         Of many changes [unknowns, n]: [numbers, n]. Zero where a number is not free.
         """
         change = np.zeros(crossed.shape)
-        change[self.active] = -self.inverse() @ crossed[self.active]
+        change[self.active] = -self.inverse @ crossed[self.active]
         return change[: len(NUMBERS)]
 
     def shift_by(self, name: str) -> Float64[np.ndarray, " numbers"]:
@@ -99,14 +101,14 @@ class NormalMatrix:
         """Standard deviation that a held number would have if it were free."""
         slot = NUMBERS.index(name)
         crossed = self.matrix[self.active, slot]
-        remaining = self.matrix[slot, slot] - crossed @ self.inverse() @ crossed
+        remaining = self.matrix[slot, slot] - crossed @ self.inverse @ crossed
         return float(np.sqrt(variance / remaining)) if remaining > 0 else np.inf
 
 
 def score_drop(normal: NormalMatrix, crossed: np.ndarray, among: np.ndarray, gradient: np.ndarray) -> float:
     """Drop of chi-squared when columns join: their products with all unknowns, among themselves, and their gradient."""
     crossed = crossed[normal.active]
-    share = normal.inverse() @ crossed
+    share = normal.inverse @ crossed
     remaining = among - crossed.T @ share
     slope = gradient - share.T @ normal.gradient[normal.active]
     independent = np.diag(remaining) > 1e-12 * np.diag(among)
@@ -141,7 +143,7 @@ def normal_matrix(solution: Solution) -> NormalMatrix:
     return NormalMatrix(
         matrix,
         gradient,
-        np.concatenate([solution.numbers, solution.background, polynomials]),
+        np.concatenate([solution.numbers, solution.point.background, polynomials]),
         active_mask(solution.problem.moving, solution.problem.degrees),
         cost,
     )
@@ -174,12 +176,12 @@ def _edge(solution: Solution) -> np.ndarray:
 
 def _left(solution: Solution) -> np.ndarray:
     normal, coefficients = solution.normal, solution.point.columns @ solution.point.contrast
-    return normal.of_fringes - normal.fringes @ coefficients - normal.crossed.T @ solution.background
+    return normal.of_fringes - normal.fringes @ coefficients - normal.crossed.T @ solution.point.background
 
 
 def _smooth_left(solution: Solution) -> np.ndarray:
     normal, coefficients = solution.normal, solution.point.columns @ solution.point.contrast
-    return normal.of_smooth - normal.smooth @ solution.background - normal.crossed @ coefficients
+    return normal.of_smooth - normal.smooth @ solution.point.background - normal.crossed @ coefficients
 
 
 def choose_degrees(here: NormalMatrix, chi2: float, weight: float, pixels: float) -> tuple[int, int]:

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 
-from fitting.estimate.elimination import contrast_at_nodes
+from fitting.estimate.elimination import contrast_at_nodes, image_of
 from fitting.estimate.fringe_sums import table_of
 from fitting.estimate.illumination import Fitted
 from fitting.model import GapModel, gap_phase
@@ -29,8 +29,8 @@ def phase(found: Fitted) -> np.ndarray:
 
 def fitted(found: Fitted, turns: np.ndarray) -> np.ndarray:
     """The model image at every pixel, for the phase there [turns]."""
-    background, _ = found.solution.image
-    contrast = found.solution.point.contrast
+    point = found.solution.point
+    contrast, (background, _) = point.contrast, image_of(point.background, point.modulus)
     modulus = contrast_at_nodes()[:, : len(contrast)] @ contrast
     low_y, low_x = _along(found, len(background))
     high_y, high_x = _along(found, 17)

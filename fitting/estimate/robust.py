@@ -7,13 +7,18 @@ import numpy as np
 
 from fitting.estimate.correlated_errors import fringe_correlation
 from fitting.estimate.elimination import contrast_at_nodes, image_of, normal_equations
-from fitting.estimate.fringe_sums import Image, Residuals, fused, residuals
+from fitting.estimate.fringe_sums import TUKEY, Image, Residuals, fused, residuals
 from fitting.estimate.optimum import normal_matrix
 from fitting.estimate.solver import Problem, Solution, descend
 from fitting.model import BACKGROUND, degrees
 from fitting.parameters import NUMBERS
 from fitting.photo import Reduced, median, thin
 
+# Share of blocks beyond four standard deviations from which on they are outliers (a normal distribution: 6e-5), and
+# how many times the variance that their median tells residuals may have without any.
+_OUTLIERS, _HEAVY = 1e-3, 2.0
+# What rounding leaves of the light's sum of squares, in squares of its type's precision.
+_ROUNDED = 1e6
 # A step below this share of the numbers' standard deviation, correlation of residuals included, ends the rounds.
 _SETTLED = 0.002
 _MOST, _MEMORY, _SHORTER = 30, 4, 1.0
@@ -40,7 +45,30 @@ def spread_of(left: Residuals, used: np.ndarray) -> float:
 def residuals_of(solution: Solution, reduced: Reduced, scale: float | None) -> Residuals:
     """What a solution leaves over of a reduced photograph."""
     edges = solution.problem.phase.edges(solution.numbers)
-    return residuals(reduced, solution.fields.phase, solution.image, scale, edges)
+    image = image_of(solution.point.background, solution.point.modulus)
+    return residuals(reduced, solution.fields.phase, image, scale, edges)
+
+
+def is_clean(left: Residuals, reduced: Reduced, spread: float) -> bool:
+    """Whether residuals hold no outliers: none beyond a normal distribution's, or rounding alone."""
+    light = float((reduced.weights * reduced.light**2).sum(dtype=float))
+    if left.square < _ROUNDED * np.finfo(reduced.light.dtype).eps ** 2 * light:
+        return True
+    sample = thin(reduced.used)
+    deviations = np.abs(left.value[sample][reduced.used[sample]])
+    square = float((reduced.weights * left.value**2).sum(dtype=float) / reduced.weights.sum(dtype=float))
+    return bool(np.mean(deviations > 4 * spread) < _OUTLIERS and square < _HEAVY * spread**2)
+
+
+def tukey(residual: np.ndarray, reduced: Reduced, spread: float | None = None) -> np.ndarray:
+    """The blocks' weights times Tukey's biweights, which end at six standard deviations as the median tells them."""
+    if spread is None:
+        sample = thin(reduced.used)
+        spread = 1.4826 * median(np.abs(residual[sample][reduced.used[sample]]))
+    if not spread:
+        return reduced.weights
+    share = np.clip(1 - (residual / np.float32(TUKEY * spread)) ** 2, 0, None)
+    return (reduced.weights * share**2).astype(reduced.weights.dtype)
 
 
 def settle(problem: Problem, reduced: Reduced, start: Solution, scale: float) -> Settled:
@@ -84,7 +112,7 @@ def _state(solution: Solution, scale: float) -> np.ndarray:
     """Numbers, background, contrast of full degree, and the logarithm of the scale."""
     contrast = np.zeros(contrast_at_nodes().shape[1])
     contrast[: len(solution.point.contrast)] = solution.point.contrast
-    return np.concatenate([solution.numbers, solution.background, contrast, [np.log(max(scale, 1e-300))]])
+    return np.concatenate([solution.numbers, solution.point.background, contrast, [np.log(max(scale, 1e-300))]])
 
 
 def _round(problem: Problem, reduced: Reduced, state: np.ndarray):

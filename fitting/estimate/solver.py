@@ -21,17 +21,14 @@ from jaxtyping import Bool, Float64
 from fitting.estimate.block_phases import AbstractFringes
 from fitting.estimate.elimination import (
     CONTRAST,
-    Eliminated,
     Fields,
     Normal,
     Point,
-    background_of,
     eliminate,
-    evaluate,
-    image_of,
+    evaluate_model,
     normal_equations,
 )
-from fitting.estimate.fringe_sums import Image, sums
+from fitting.estimate.fringe_sums import sums
 from fitting.model import BACKGROUND
 from fitting.parameters import NUMBERS
 from fitting.photo import Reduced
@@ -78,6 +75,7 @@ class Solution:
     """An optimum: the numbers in the order of `parameters.NUMBERS`, and what is known of them.
 
     - `normal`: the moments that it is the optimum of; `point`: chi-squared and its derivatives there.
+    - `chi2`: Σ w (light - fit)² as the moments give it; single precision leaves 1e-7 of the light's own sum of squares.
     - `converged`; `excursion`: largest distance of the phase from the moments' reference, over the nodes [turns].
     - `weight`: sum of the weights; `steps`: that were made on these moments.
     """
@@ -87,7 +85,7 @@ class Solution:
     normal: Normal
     fields: Fields
     point: Point
-    background: Float64[np.ndarray, " low"]
+    chi2: float
     converged: bool
     excursion: float
     weight: float
@@ -96,16 +94,6 @@ class Solution:
     def __getitem__(self, name: str) -> float:
         """A number by its name in `parameters.NUMBERS`."""
         return float(self.numbers[NUMBERS.index(name)])
-
-    @property
-    def chi2(self) -> float:
-        """Σ w (light - fit)² as the moments give it; single precision leaves 1e-7 of the light's own sum of squares."""
-        return self.point.chi2
-
-    @cached_property
-    def image(self) -> Image:
-        """The fitted image as tables of coefficients over the grid's box."""
-        return image_of(self.background, self.point.modulus)
 
 
 def solve(
@@ -146,27 +134,26 @@ def descend(
 
     Ends, converged, at the edge of what the moments hold too: new ones are to be taken there.
     """
-    rest = eliminate(normal, problem.degrees[0])
+    moving, (centre, cost) = np.flatnonzero(problem.moving), problem.pull
+    rest, degree = eliminate(normal, problem.degrees[0]), problem.degrees[1]
     weight = float(normal.smooth[0, 0])
-    moving = np.flatnonzero(problem.moving)
-    centre, cost = problem.pull
     numbers, damping, converged = np.array(start, float), 0.0, False
-    fields, point, made = *_at(problem, rest, numbers), 0
-    for made in range(1, steps + 1):  # noqa: B007  # told in the solution
+    fields, point = evaluate_model(rest, problem.phase.fields, numbers, degree)
+    count = 0
+    for count in range(1, steps + 1):  # noqa: B007  # the solution says it
         matrix = point.matrix[np.ix_(moving, moving)] + np.diag(cost[moving])
         gradient = (point.gradient - cost * (numbers - centre))[moving]
         step = _step(matrix, gradient, damping)
         # Where every pixel is an outlier there is no weight.
         variance = max(_objective(point, numbers, centre, cost), 0.0) / max(weight, 1e-300)
         promised = float(2 * gradient @ step - step @ matrix @ step)
-        reach = np.abs(fields.phase + fields.slopes[:, moving] @ step - normal.reference).max()
+        share, reach = _within_moments(fields, moving, step, normal.reference)
         if not np.isfinite(reach):
             break
-        if reach > _FAR:
-            step *= _shortened(fields, moving, step, normal.reference)
+        step *= share
         trial = numbers.copy()
         trial[moving] += step
-        further = _at(problem, rest, trial)
+        further = evaluate_model(rest, problem.phase.fields, trial, degree)
         better = _objective(further[1], trial, centre, cost) <= _objective(point, numbers, centre, cost)
         small = promised < max(tolerance * variance, _ROUNDING * 1e-6 * normal.square)
         if better:
@@ -182,34 +169,27 @@ def descend(
             break
         if damping > 1e8:
             break
-    return _solution(problem, rest, numbers, fields, point, converged, made)
+    return _solution(problem, normal, numbers, fields, point, converged, count)
 
 
 def stay(problem: Problem, normal: Normal, numbers: np.ndarray, converged: bool = True) -> Solution:
     """The best illumination for given numbers, on moments about their phase."""
     rest = eliminate(normal, problem.degrees[0])
-    return _solution(problem, rest, numbers, *_at(problem, rest, numbers), converged)
+    fields, point = evaluate_model(rest, problem.phase.fields, numbers, problem.degrees[1])
+    return _solution(problem, normal, numbers, fields, point, converged)
 
 
 def _solution(
     problem: Problem,
-    rest: Eliminated,
+    normal: Normal,
     numbers: np.ndarray,
     fields: Fields,
     point: Point,
     converged: bool,
     steps: int = 0,
 ) -> Solution:
-    normal = rest.normal
-    away, weight = float(np.abs(fields.phase - normal.reference).max()), float(normal.smooth[0, 0])
-    return Solution(problem, numbers, normal, fields, point, background_of(rest, point), converged, away, weight, steps)
-
-
-def _at(problem: Problem, rest: Eliminated, numbers: np.ndarray) -> tuple[Fields, Point]:
-    # A step may lead anywhere: what is no number there is no better, and the step is not taken.
-    with np.errstate(over="ignore", invalid="ignore"):
-        fields = problem.phase.fields(numbers)
-        return fields, evaluate(rest, fields, problem.degrees[1])
+    excursion, weight = float(np.abs(fields.phase - normal.reference).max()), float(normal.smooth[0, 0])
+    return Solution(problem, numbers, normal, fields, point, point.chi2, converged, excursion, weight, steps)
 
 
 def _objective(point: Point, numbers: np.ndarray, centre: np.ndarray, cost: np.ndarray) -> float:
@@ -226,8 +206,11 @@ def _step(matrix: np.ndarray, gradient: np.ndarray, damping: float) -> np.ndarra
     return np.linalg.lstsq(scaled, gradient / size, rcond=1e-14)[0] / size
 
 
-def _shortened(fields: Fields, moving: np.ndarray, step: np.ndarray, reference: np.ndarray) -> float:
-    """The share of a step that takes the phase to the edge of what the moments hold, as its tangent has it."""
-    now, bend = fields.phase - reference, fields.slopes[:, moving] @ step
-    room = np.where(bend > 0, _FAR - now, _FAR + now)
-    return float(np.clip((room / np.maximum(np.abs(bend), 1e-300)).min(), 0.0, 1.0))
+def _within_moments(fields: Fields, moving: np.ndarray, step: np.ndarray, reference: np.ndarray) -> tuple[float, float]:
+    """The share of a step that the moments hold, as the phase's tangent has it, and how far all of it goes [turns]."""
+    ahead, bend = fields.phase - reference, fields.slopes[:, moving] @ step
+    reach = np.abs(fields.phase + bend - reference).max()
+    if not reach > _FAR:
+        return 1.0, reach
+    room = np.where(bend > 0, _FAR - ahead, _FAR + ahead)
+    return float(np.clip((room / np.maximum(np.abs(bend), 1e-300)).min(), 0.0, 1.0)), reach

@@ -125,11 +125,11 @@ def _screened(found: Fitted, wishes: dict[str, bool]) -> dict[str, str]:
         return drop / judge.variance * inflation - spent * judge.penalty
 
     def of_warps(parts: tuple[str, ...], inflation: float) -> float:
-        numbers = numbers_of(parts)
-        return gain(matrix.drop_with(numbers), len(numbers), inflation)
+        return gain(drops[parts], len(numbers_of(parts)), inflation)
 
     warps = [part for part in WARPS if wishes.get(part, True)]
     sets = [s for n in range(1, len(warps) + 1) for s in combinations(warps, n)]
+    drops = {parts: matrix.drop_with(numbers_of(parts)) for parts in sets}
     evidence = {}
     if not any(wishes.get(part) for part in warps) and all(of_warps(s, judge.inflation) < 0 for s in sets):
         evidence = {part: _said(False, None, of_warps((part,), 1.0)) for part in warps}

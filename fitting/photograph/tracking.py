@@ -12,6 +12,7 @@ from fitting.estimate import (
     Solution,
     eliminate,
     fused,
+    image_of,
     is_clean,
     moved_to,
     normal_equations,
@@ -158,7 +159,8 @@ def _rounds(problem: Problem, reduced: Reduced, solution: Solution, scale: float
     moving, moved = problem.moving, 0.0
     for _ in range(_MOST):
         edges = problem.phase.edges(solution.numbers)
-        moments, left = fused(reduced, solution.fields.phase, solution.image, scale, edges)
+        image = image_of(solution.point.background, solution.point.modulus)
+        moments, left = fused(reduced, solution.fields.phase, image, scale, edges)
         weighted = replace(reduced, weights=left.weights)
         further = solve(problem, weighted, solution.numbers, first=normal_equations(moments), rounds=_ROUNDS)
         step = (further.numbers - solution.numbers)[moving]

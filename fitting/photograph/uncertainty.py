@@ -87,7 +87,7 @@ def _faded(found: Fitted, wanted: np.ndarray) -> float:
     used = found.left.weights[rows, columns] > 0
     low = degrees(BACKGROUND)
     along_y, along_x = (chebvander(grid.scaled(at, axis), BACKGROUND) for axis, at in enumerate((y, x)))
-    smooth = (along_y[:, low[:, 0]] * along_x[:, low[:, 1]]) @ found.solution.background + found.reduced.offset
+    smooth = (along_y[:, low[:, 0]] * along_x[:, low[:, 1]]) @ found.solution.point.background + found.reduced.offset
     used &= smooth > 0.2 * np.max(smooth)
     if used.sum() < 10 or np.ptp(wanted[used]) < _FADING:
         return 0.0

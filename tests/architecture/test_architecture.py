@@ -128,7 +128,7 @@ def test_no_package_asserts_where_it_should_refuse(name):
 
 # Still to be brought down, so these may only fall. Functions with names that say how a value came about, parameters
 # too, in percent (wanted: 8 in both); lines that address a number of the fit by its place (wanted: none).
-VAGUE = {"newtonjax": 15.5, "fitting": 27.5}
+VAGUE = {"newtonjax": 15.5, "fitting": 27.0}
 POSITIONS = 2
 
 
@@ -143,7 +143,7 @@ def test_numbers_by_position_do_not_become_more():
 
 
 # As far as it has come: 45 stops and 20 returns are wanted.
-STOPS, RETURNS = 156, 111
+STOPS, RETURNS = 137, 88
 FOLLOW = "import sys; sys.path.insert(0, sys.argv[1]); import counting, pathlib; "
 
 

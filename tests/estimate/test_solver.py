@@ -147,9 +147,10 @@ def test_fused_pass_gives_the_residuals_and_the_moments_with_their_weights():
     reduced = reduce(photograph(image), 1)
     solution = solve(problem_on(reduced), reduced, TRUTH)
     grid = reduced.grid
-    found, left = fringe_sums.fused(reduced, solution.fields.phase, solution.image, 0.06)
+    fitted = image_of(solution.point.background, solution.point.modulus)
+    found, left = fringe_sums.fused(reduced, solution.fields.phase, fitted, 0.06)
     turns = gap_phase.phase(GapModel(frame_on(grid), (0.0, 1.0)), grid.x[None], grid.y[:, None], solution.numbers)
-    background, contrast = solution.image
+    background, contrast = fitted
     smooth = grid.along_y[:, :7] @ background @ grid.along_x[:, :7].T
     swing = grid.along_y[:, :17] @ contrast @ grid.along_x[:, :17].T
     residual = reduced.light - smooth - swing * np.cos(2 * np.pi * turns)
