@@ -84,7 +84,7 @@ class NormalMatrix:
         slots = [NUMBERS.index(name) for name in names]
         return score_drop(self, self.matrix[:, slots], self.matrix[np.ix_(slots, slots)], self.gradient[slots])
 
-    def shift(self, crossed: np.ndarray) -> Float64[np.ndarray, " numbers"]:
+    def shift(self, crossed: np.ndarray) -> Float64[np.ndarray, "numbers *changes"]:
         """Change of the numbers that makes up for one of the image, of which Jᵀ W change is given [unknowns].
 
         Of many changes [unknowns, n]: [numbers, n]. Zero where a number is not free.
