@@ -1,12 +1,14 @@
 """The ways to compute an image: how far they agree, what they promise, what they refuse."""
 
 import dataclasses
+from functools import partial
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from compilations import QUICKLY
 
 import newtonjax as nj
 from newtonjax.fields import error_from_nodes, fields_at, intensity, polar, synthesize
@@ -28,7 +30,7 @@ def pixels(camera, count=2000):
     return (row, column), np.column_stack([column - x, row - y]) * camera.pixel_size
 
 
-@jax.jit
+@partial(jax.jit, compiler_options=QUICKLY)
 def traced_polar(scene, points):
     fields = fields_at(scene, points)
     return fields.background, *polar(fields)
@@ -73,7 +75,7 @@ def stack(modules):
     return jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(leaf, dtype=float) for leaf in leaves]), *modules)
 
 
-@jax.jit
+@partial(jax.jit, compiler_options=QUICKLY)
 def traced(scenes, cameras):
     """Image and phase [turns] at every pixel of every bench."""
 
@@ -87,7 +89,7 @@ def traced(scenes, cameras):
     return jax.lax.map(one, (scenes, cameras))
 
 
-@eqx.filter_jit
+@partial(eqx.filter_jit, compiler_options=QUICKLY)
 def from_nodes(method, scenes, cameras):
     """Image, phase [turns] and promised error of every bench: what the method's verbs give, from one trace."""
 
@@ -121,7 +123,7 @@ def test_error_is_infinite_where_a_beam_misses_a_node():
     """Total reflection: a ray that leaves the glass of a strong lens near its edge passes no further."""
     scene = nj.newton_rings(5e-3, WAVELENGTH, lens_index=1.9, screen="gap")
     wide, narrow = nj.Camera(SMALL, 200e-6), nj.Camera(SMALL, 10e-6)
-    estimate = eqx.filter_jit(lambda camera: nj.Chebyshev(5).error(scene, camera))
+    estimate = eqx.filter_jit(lambda camera: nj.Chebyshev(5).error(scene, camera), compiler_options=QUICKLY)
     assert np.isinf(estimate(wide).phase)
     assert np.isinf(estimate(wide).intensity)
     assert np.isfinite(estimate(narrow).phase)

@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from compilations import QUICKLY
 
 import newtonjax as nj
 from newtonjax.fields import synthesize, synthesize_single
@@ -120,7 +121,7 @@ def test_pixels_in_float32_from_nodes(name, view):
             assert np.abs(np.asarray(single, float) - exact).max() <= ALLOWED * exact.max()
 
 
-_fields = jax.jit(nj.Chebyshev(11).fields)
+_fields = jax.jit(nj.Chebyshev(11).fields, compiler_options=QUICKLY)
 
 
 def test_derivatives_of_float32_pixels_are_those_of_float64():

@@ -2,17 +2,21 @@
 
 import dataclasses
 import warnings
+from functools import partial
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from compilations import QUICKLY
 
 import newtonjax as nj
 from newtonjax.fields import arrivals_at, opd_at
 from newtonjax.methods.wavelets import pair_error, wavelet_opd
 from newtonjax.rays import gather, trace
+
+compiled = partial(jax.jit, compiler_options=QUICKLY)
 
 CAMERA = nj.Camera((48, 40), 5e-6, centre_px=(15.0, 20.0))
 VIEWS = ("transmitted", "reflected")
@@ -55,7 +59,7 @@ def separations(scene, starts):
     return jax.vmap(node)(starts)
 
 
-@jax.jit
+@compiled
 def predicted(scene, starts):
     """Second order of the wavelets' error and the separation [m]."""
     routes, setting = gather(scene)
@@ -75,8 +79,8 @@ def test_error_of_the_wavelets_is_the_predicted_second_order_one_on_random_bench
             light_tilt=tuple(random.uniform(-1e-3, 1e-3, 2)),
         )  # fmt: skip
         starts = jnp.asarray(random.uniform(-1, 1, (40, 2)) * min(2e-3, radius / 100))
-        points, wavelet = jax.jit(separations)(scene, starts)
-        exact, arrives = jax.jit(opd_at)(scene, points.mean(axis=1))
+        points, wavelet = compiled(separations)(scene, starts)
+        exact, arrives = compiled(opd_at)(scene, points.mean(axis=1))
         assert arrives.all()
         # The scene's order of beams is that of the words; the path difference's is by gap crossings: the same here.
         error = np.abs(np.asarray(wavelet - exact))
@@ -144,13 +148,13 @@ def test_derivatives_are_those_of_differences_while_pairs_stay_in_their_pixels()
         moved = eqx.tree_at(lambda s: s.light.wavelength, moved, 500e-9 * (1 + change[1]))
         return nj.spread(moved, CAMERA, method, source)[0]
 
-    zero, step = jnp.zeros(2), 2e-5
-    slope = jax.jacfwd(image)(zero)
+    zero, step, at = jnp.zeros(2), 2e-5, compiled(image)
+    slope = compiled(jax.jacfwd(image))(zero)
     weights = jnp.asarray(np.random.default_rng(0).random(CAMERA.shape))
-    back = jax.grad(lambda change: jnp.sum(weights * image(change)))(zero)
+    back = compiled(jax.grad(lambda change: jnp.sum(weights * image(change))))(zero)
     for k in range(2):
         move = step * jnp.eye(2)[k]
-        difference = (image(move) - image(-move)) / (2 * step)
+        difference = (at(move) - at(-move)) / (2 * step)
         # The rounding of the paths, 2e-11 turns, over the step: 3e-7 of an intensity of 0.1.
         assert np.abs(np.asarray(slope[..., k] - difference)).max() < 5e-7
         assert np.abs(np.asarray(difference)).max() > 3e-3
@@ -204,11 +208,11 @@ def test_the_stated_error_is_the_largest_of_all_pairs(scene, camera, options):
     found = nj.splat(scene, camera, nj.Splat(step=100e-6, **options))
     width = (np.array(found.source.nodes) - 1) / 2 * found.source.step
     starts = np.stack(np.meshgrid(*(np.linspace(-w, w, 41) for w in width)), axis=-1).reshape(-1, 2)
-    points, opd = jax.jit(separations)(scene, jnp.asarray(starts))
+    points, opd = compiled(separations)(scene, jnp.asarray(starts))
     if options.get("path") == "raw":
-        opd = jax.jit(raw_difference)(scene, jnp.asarray(starts))
+        opd = compiled(raw_difference)(scene, jnp.asarray(starts))
     middle = points.mean(axis=1)
-    beams = jax.jit(arrivals_at)(scene, middle)
+    beams = compiled(arrivals_at)(scene, middle)
     wrong = np.abs(opd - beams.path[1] + beams.path[0]) / 500e-9
     wrong = wrong + np.abs(beams.quarter_turns[1] - beams.quarter_turns[0]) / 4
     inside = np.abs(np.asarray(middle)).max(axis=1) <= 30 * 20e-6
