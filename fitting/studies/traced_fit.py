@@ -4,13 +4,13 @@ from functools import partial
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool
+from jaxtyping import Array, Bool, Float, Int
 
 from fitting.studies.electrons import Moves, photoelectrons
 from fitting.studies.gauss_newton import ROUNDING, SETTLED, STAGES, STEPS, Problem, Slopes
-from newtonjax.fields import split, synthesize
+from newtonjax.fields import product_sums, synthesize
 from newtonjax.methods import Chebyshev
-from newtonjax.verbs import from_coefficients
+from newtonjax.verbs import from_changes, with_changes
 
 
 def solve(problem: Problem, data, held) -> tuple[Array, Array, Array]:
@@ -29,59 +29,60 @@ def _arrays(problem: Problem):
 
 @partial(jax.jit, static_argnames=("moves", "nodes"))
 def _solve(scene, camera, scales, weight, data, held, *, moves: Moves, nodes: int):
-    # As a program within the program it is traced once, for all its uses.
-    of_steps, count = jax.jit(photoelectrons(scene, camera, moves, scales, Chebyshev(nodes))), len(moves) - len(held)
-
-    def equations(at, off):
-        return from_coefficients(of_steps, jnp.concatenate([at, off]), camera.shape, data, weight)
-
-    stages = _stages(of_steps, held, count) if len(held) else jnp.array(0)
-    whole = jnp.maximum(stages, 1).astype(float)
+    of_steps, free = photoelectrons(scene, camera, moves, scales, Chebyshev(nodes)), len(moves) - len(held)
 
     def step(state):
-        stage, at, taken = state
-        made = equations(at, held * (stage / whole))
-        matrix = made.matrix[:count, :count]
-        move = _least(matrix, made.gradient[:count])
+        stage, stages, at, steps_here, *_ = state
+        place = jnp.concatenate([at, held * (stage / jnp.maximum(stages, 1))])
+        # The one text of the rays, which are what there is to compile.
+        table, changes = with_changes(of_steps, place)
+        normal = from_changes(table, changes, camera.shape, data, weight)
+        stages = jnp.where(stage + steps_here == 0, _stages(changes[free:], held), stages)
+        count, matrix = jnp.maximum(stages, 1).astype(float), normal.matrix[:free, :free]
+        along_held = normal.matrix[:free, free:] @ held
+        move, follow = _least(matrix, jnp.stack([normal.gradient[:free], along_held], axis=1)).T
         at = at - move
         settled = jnp.abs(move).max() <= SETTLED * jnp.maximum(jnp.abs(at).max(), 1e-2)
         # The fringes of the next stage are met where this one's slopes put them: else it may miscount them.
-        follow = _least(matrix, made.matrix[:count, count:] @ held) / whole
-        at = jnp.where(settled & (stage < stages), at - follow, at)
-        return stage + settled.astype(int), at, jnp.where(settled, 0, taken + 1)
+        at = jnp.where(settled & (stage < stages), at - follow / count, at)
+        return (stage + settled.astype(int), stages, at, jnp.where(settled, 0, steps_here + 1), matrix, normal.misfit)
 
-    start = (jnp.array(0), jnp.zeros(count), jnp.array(0))
-    stage, at, _ = jax.lax.while_loop(lambda s: (s[0] <= stages) & (s[2] < STEPS), step, start)
-    made = equations(at, held)
-    good = (stage > stages) & _is_determined(made.matrix[:count, :count])
-    return jnp.where(good, at, jnp.nan), made.misfit, good.astype(float)
+    def goes_on(state):
+        stage, stages, _, steps_here, *_ = state
+        return (stage <= stages) & (steps_here < STEPS)
+
+    start = (jnp.array(0), jnp.array(0), jnp.zeros(free), jnp.array(0), jnp.zeros((free, free)), jnp.zeros(()))
+    stage, stages, at, _, matrix, misfit = jax.lax.while_loop(goes_on, step, start)
+    converged = (stage > stages) & _is_determined(matrix)
+    return jnp.where(converged, at, jnp.nan), misfit, converged.astype(float)
 
 
 @partial(jax.jit, static_argnames=("moves", "nodes"))
 def _slopes(scene, camera, scales, weight, data, steps, held, *, moves: Moves, nodes: int) -> Slopes:
-    of_steps, count = jax.jit(photoelectrons(scene, camera, moves, scales, Chebyshev(nodes))), len(steps)
+    of_steps, free = photoelectrons(scene, camera, moves, scales, Chebyshev(nodes)), len(steps)
 
-    def gradient(place):
-        made = from_coefficients(of_steps, place, camera.shape, data, weight).gradient
-        return made[:count], made
+    def changes_at(place):
+        table, changes = with_changes(of_steps, place)
+        return changes, (table, changes)
 
-    place = jnp.concatenate([steps, held])
-    matrix, made = jax.jacfwd(gradient, has_aux=True)(place)
-    inverse = _least(matrix[:, :count], jnp.eye(count))
-    table, push = jax.linearize(of_steps, place)
-    image, push_image = jax.linearize(lambda table: synthesize(table, camera.shape), table)
-    images = jax.vmap(lambda along: push_image(push(along)))(jnp.eye(len(place))[:count])
-    by_image, by_held = jnp.tensordot(inverse, images, 1) * weight, -inverse @ matrix[:, count:]
-    misfit_by_image = weight * (data - image) + jnp.tensordot(made[:count], by_image, 1)
-    return Slopes(by_image, by_held, misfit_by_image, made[count:] + made[:count] @ by_held)
+    second, (table, changes) = jax.jacfwd(changes_at, has_aux=True)(jnp.concatenate([steps, held]))
+    by_table, bend = jax.linearize(lambda table: product_sums(table, camera.shape, data, weight).slopes, table)
+    image, push = jax.linearize(lambda table: synthesize(table, camera.shape), table)
+    gradient = jnp.tensordot(changes, by_table, 3)
+    # Of the free numbers' gradient by every number.
+    matrix = jnp.tensordot(changes[:free], jax.vmap(bend)(changes), [(1, 2, 3), (1, 2, 3)])
+    matrix = matrix + jnp.einsum("afklb,fkl->ab", second[:free], by_table)
+    inverse = _least(matrix[:, :free], jnp.eye(free))
+    by_image, by_held = jnp.tensordot(inverse, jax.vmap(push)(changes[:free]), 1) * weight, -inverse @ matrix[:, free:]
+    # What is left of the gradient, rounding, moves the misfit with the steps: at the minimum itself it is 0.
+    misfit_by_image = weight * (data - image) + jnp.tensordot(gradient[:free], by_image, 1)
+    return Slopes(by_image, by_held, misfit_by_image, gradient[free:] + gradient[:free] @ by_held)
 
 
-def _stages(of_steps, held, count: int):
-    """In how many stages what is held moves the fringes by at most half a turn each."""
-    still = jnp.zeros(count + len(held))
-    changes = split(list(jax.jvp(of_steps, (still,), (still.at[count:].set(held),))[1]))[2]
-    turns = jnp.max(jnp.stack([jnp.abs(change).sum() for change in changes]))
-    return jnp.clip(jnp.ceil(2 * turns), 1, STAGES).astype(int)
+def _stages(changes: Float[Array, "held 3 nodes nodes"], held: Float[Array, " held"]) -> Int[Array, ""]:
+    """In how many stages what is held moves the fringes by at most half a turn each; in none where nothing is held."""
+    turns = jnp.abs(jnp.tensordot(held, changes[:, 2], 1)).sum()
+    return jnp.clip(jnp.ceil(2 * turns), min(len(held), 1), STAGES).astype(int)
 
 
 def _is_determined(matrix) -> Bool[Array, ""]:

@@ -76,7 +76,7 @@ def normal_equations(
         if not method.fields(scene, seen_by).arrives.all():
             raise unreached(method)
         at, changes = _known_nodes(bench, values, camera, method)
-        return _of_nodes(at, changes, seen_by.shape, data, weights)
+        return from_changes(at, changes, seen_by.shape, data, weights)
 
 
 def _equations(bench, parameters, camera, data, weights, method) -> NormalEquations:
@@ -136,12 +136,24 @@ def from_coefficients(
     weights: Float[Array | np.ndarray, "rows columns"] | Callable[[Array], Array] | None = None,
 ) -> NormalEquations:
     """`normal_equations` of an image that is given by its Chebyshev coefficients (background, moduli, phases)."""
-    at = jnp.asarray(of_nodes(parameters))
-    changes = jnp.moveaxis(jax.jacfwd(of_nodes)(parameters), -1, 0)
-    return _of_nodes(at, changes, shape, data, weights)
+    return from_changes(*with_changes(of_nodes, parameters), shape, data, weights)
 
 
-def _of_nodes(at, changes, shape: tuple[int, int], data, weights) -> NormalEquations:
+def with_changes(
+    of_nodes: Callable[[Float[Array, " parameters"]], Float[Array, "fields count count"]],
+    parameters: Float[Array, " parameters"],
+) -> tuple[Float[Array, "fields count count"], Float[Array, "parameters fields count count"]]:
+    """Coefficients, and their derivatives by every parameter, from one pass of the rays."""
+
+    def twice(parameters):
+        at = jnp.asarray(of_nodes(parameters))
+        return at, at
+
+    changes, at = jax.jacfwd(twice, has_aux=True)(parameters)
+    return at, jnp.moveaxis(changes, -1, 0)
+
+
+def from_changes(at, changes, shape: tuple[int, int], data=None, weights=None) -> NormalEquations:
     """`from_coefficients` of coefficients and their changes [parameters, fields, count, count]."""
     known = is_concrete(at, changes, data, None if callable(weights) else weights)
     if callable(weights):
