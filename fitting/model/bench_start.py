@@ -2,13 +2,12 @@
 
 from dataclasses import replace
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
 from fitting.model.phase import Frame, SceneModel, as_arrays, free_numbers, localize
 from fitting.parameters import NUMBERS, Numbers, Quantities, change, curved_surface, quantities_of, slots_of
-from newtonjax.fields import fields_at
+from newtonjax.fields import arrivals, pack
 from newtonjax.scene import Scene, gap_height, imaged_plane
 
 _ROUNDS = 20
@@ -42,19 +41,14 @@ def scene_start(scene: Scene, quantities: Quantities, frame: Frame, gap: np.ndar
         for name, value in of_scene.items():
             bench = change(bench, name, values[name] / value, at)
         model = SceneModel(frame, bench, values["pixel_size"], at, measured)
-        points = jnp.stack([frame.x - frame.middle[0], frame.y - frame.middle[1]], axis=1) * values["pixel_size"]
-        if bool(_arrives(as_arrays(bench), points)):
+        points = np.stack([frame.x - frame.middle[0], frame.y - frame.middle[1]], axis=1) * values["pixel_size"]
+        if arrivals(pack(bench), points).arrives.all():
             if "gap" in fixed:
                 start = np.array(
                     Numbers(*start)._replace(phase=(fixed["gap"] - gap_height(bench)) * 2 / values["wavelength"])
                 )
             return model, _match(as_arrays(model), start, free_numbers(fixed), target)
     raise ValueError("the scene's beams do not reach the whole image; check pixel_size, screen and thicknesses")
-
-
-@eqx.filter_jit
-def _arrives(scene: Scene, points):
-    return fields_at(scene, points).arrives.all()
 
 
 def _match(model: SceneModel, numbers: np.ndarray, free: tuple[str, ...], target: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ A model turns a few free numbers, all of order one, into the phase and the shape
 """
 
 from collections.abc import Iterable
+from functools import partial
 from typing import NamedTuple
 
 import equinox as eqx
@@ -15,7 +16,7 @@ from numpy.polynomial.chebyshev import chebvander
 
 from fitting.model.basis import ENVELOPE, node_grid
 from fitting.parameters import NUMBERS, Numbers, change, raise_lens
-from newtonjax.fields import fields_at, polar
+from newtonjax.fields import fields_at, packed, polar
 from newtonjax.numerics import chebyshev
 from newtonjax.scene import Scene, hertz_gap
 
@@ -189,7 +190,8 @@ class Local(NamedTuple):
         return self.value + self.slope @ (free - self.free)
 
 
-@eqx.filter_jit
+# A bench's rays compile in two thirds of the time so.
+@partial(jax.jit, compiler_options=packed.OPTIONS)
 def localize(model: GapModel | SceneModel, free: Float[Array, " free"]) -> Local:
     """A model next to free numbers."""
     unit = jnp.eye(len(free))

@@ -2,12 +2,11 @@
 
 from dataclasses import dataclass
 
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.estimate import Fitted
 from fitting.parameters import Quantities
-from fitting.sampling.density import NEAR, Posterior, draws, largest_excursion
+from fitting.sampling.density import NEAR, Posterior, draws, excursions, in_blocks
 
 # A chain shorter than this many autocorrelation times tells no quantile (emcee's documentation; Sokal 1997).
 _LONG = 50
@@ -93,7 +92,7 @@ def chain_of(
     import emcee
 
     flat = points.reshape(-1, target.dimensions)
-    excursion = float(largest_excursion(target, jnp.asarray(flat)))
+    excursion = float(in_blocks(excursions, target, flat).max())
     drawn = draws(target, found, known, flat)
     values = drawn.values.reshape(*points.shape[:2], -1)
     time = np.atleast_1d(emcee.autocorr.integrated_time(values, quiet=True, tol=0))

@@ -1,5 +1,6 @@
 """The posterior of a fit's numbers on fringe moments: the image's exact likelihood, without the image."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -95,9 +96,17 @@ def log_density(target: Posterior, points: Float[Array, "walkers dimensions"]) -
 
 
 @eqx.filter_jit
-def largest_excursion(target: Posterior, points: Float[Array, "n dimensions"]) -> Float[Array, ""]:
-    """Of any of the points [turns]."""
-    return jax.lax.map(target.excursion, points, batch_size=1024).max()
+def excursions(target: Posterior, points: Float[Array, "n dimensions"]) -> Float[Array, " n"]:
+    """Of each of many points [turns]."""
+    return jax.vmap(target.excursion)(points)
+
+
+def in_blocks(of_points: Callable, target: Posterior, points: Float[np.ndarray, "n dimensions"], size: int = 1024):
+    """What a program makes of points, `size` at a time: one program, however many they are. Arrays of NumPy."""
+    count = len(points)
+    padded = points[np.minimum(np.arange(-(-count // size) * size), count - 1)].reshape(-1, size, points.shape[1])
+    parts = [of_points(target, jnp.asarray(block)) for block in padded]
+    return jax.tree.map(lambda *blocks: np.concatenate(blocks)[:count], *parts)
 
 
 def posterior(found: Fitted, known: Quantities, variance: float, covariance: np.ndarray) -> Posterior:
@@ -195,7 +204,7 @@ class Draws(NamedTuple):
 
 def draws(target: Posterior, found: Fitted, known: Quantities, points: np.ndarray) -> Draws:
     """The quantities at points of a posterior [n, dimensions]: the measured one, centre [px], turns, given ones."""
-    free, factors = (np.asarray(table) for table in _numbers_at(target, jnp.asarray(points)))
+    free, factors = in_blocks(_numbers_at, target, points)
     unit, middle = found.model.frame.unit, found.model.frame.middle
     given = {name: known.given[name] * factor for name, factor in zip(target.given, factors.T, strict=True)}
     columns = Numbers(*free.T)._asdict()

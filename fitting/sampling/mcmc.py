@@ -5,16 +5,16 @@ import signal
 import threading
 from collections.abc import Callable
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import emcee
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.photograph import FitResult
 from fitting.sampling.chain import Chain, chain_of
-from fitting.sampling.density import Posterior, log_density, posterior
+from fitting.sampling.density import Posterior, in_blocks, log_density, posterior
 from newtonjax.numerics import x64
 
 # Differential evolution (ter Braak 2006), with a jump between modes in every tenth step: a third of the stretch move's
@@ -89,10 +89,12 @@ def sample(
 def _ensemble(target: Posterior, walkers: int, steps: int, seed: int, file, progress) -> emcee.EnsembleSampler:
     """The sampler after its steps, or those that there was time for."""
     backend = None if file is None else _backend(Path(file), target, walkers)
+    # The sampler moves half of the walkers at a time.
+    densities = partial(in_blocks, log_density, target, size=(walkers + 1) // 2)
     ensemble = emcee.EnsembleSampler(
         walkers,
         target.dimensions,
-        lambda points: np.asarray(log_density(target, jnp.asarray(points))),
+        densities,
         moves=MOVES,
         backend=backend,
         vectorize=True,
@@ -102,7 +104,7 @@ def _ensemble(target: Posterior, walkers: int, steps: int, seed: int, file, prog
         state = backend.get_last_sample()
     else:
         ensemble.random_state = generator.get_state()
-        state = _inside(target, generator.normal(size=(walkers, target.dimensions)))
+        state = _inside(densities, generator.normal(size=(walkers, target.dimensions)))
     try:
         with _between_steps() as interrupted:
             for _ in ensemble.sample(state, iterations=max(steps - ensemble.iteration, 0)):
@@ -163,13 +165,12 @@ def _backend(file: Path, target: Posterior, walkers: int) -> emcee.backends.HDFB
     return backend
 
 
-def _inside(target: Posterior, points: np.ndarray) -> np.ndarray:
+def _inside(densities: Callable[[np.ndarray], np.ndarray], points: np.ndarray) -> np.ndarray:
     """Points drawn together about the optimum until each has a density: a wide posterior ends where the moments do."""
-    # The optimum as often as there are points: the same program then serves for both.
-    if not np.isfinite(np.asarray(log_density(target, jnp.zeros(points.shape)))).all():
+    if not np.isfinite(densities(np.zeros((1, points.shape[1])))).all():
         raise ValueError(
             "the fit's own optimum has no density: it did not settle; mask what is not rings, or give start"
         )
-    while not np.isfinite(np.asarray(log_density(target, jnp.asarray(points)))).all():
+    while not np.isfinite(densities(points)).all():
         points = points / 2
     return points
