@@ -21,7 +21,7 @@ import numpy as np
 import newtonjax as nj
 from experiments import records
 from newtonjax.fields import synthesize
-from newtonjax.verbs import from_coefficients
+from newtonjax.verbs.normal import from_coefficients
 
 LIMITS = {"gradient": 5.0, "normal equations": 8.0, "normal equations with weights": 10.5}
 PARAMETERS = 12

@@ -31,7 +31,7 @@ from fitting.designs.prospects import Limits, forecast
 from fitting.parameters import chosen, knobs
 from fitting.studies import FREE
 from fitting.studies.electrons import photoelectrons, variance
-from newtonjax.verbs import from_coefficients
+from newtonjax.verbs.normal import from_coefficients
 
 jax.config.update("jax_enable_x64", True)
 

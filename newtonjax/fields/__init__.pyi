@@ -11,7 +11,6 @@ from newtonjax.fields.at_points import pairs as pairs
 from newtonjax.fields.at_points import path_difference as path_difference
 from newtonjax.fields.at_points import polar as polar
 from newtonjax.fields.closed_form import closed_fields as closed_fields
-from newtonjax.fields.fringes import split as split
 from newtonjax.fields.localization import meeting_height as meeting_height
 from newtonjax.fields.packed import Packed as Packed
 from newtonjax.fields.packed import arrivals as arrivals

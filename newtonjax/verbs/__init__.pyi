@@ -5,7 +5,6 @@ from newtonjax.verbs.explaining import Omission as Omission
 from newtonjax.verbs.explaining import explain as explain
 from newtonjax.verbs.normal import NormalEquations as NormalEquations
 from newtonjax.verbs.normal import from_changes as from_changes
-from newtonjax.verbs.normal import from_coefficients as from_coefficients
 from newtonjax.verbs.normal import normal_equations as normal_equations
 from newtonjax.verbs.normal import with_changes as with_changes
 from newtonjax.verbs.rendering import opd as opd

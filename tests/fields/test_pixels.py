@@ -7,7 +7,7 @@ import pytest
 
 from newtonjax.fields import pixels, sums, synthesize
 from newtonjax.numerics.chebyshev import basis
-from newtonjax.verbs import from_coefficients
+from newtonjax.verbs.normal import from_coefficients
 
 
 def fields(count: int, pairs: int = 1, turns: float = 20.0) -> np.ndarray:

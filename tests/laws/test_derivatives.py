@@ -7,7 +7,8 @@ import pytest
 from compilations import QUICKLY
 
 import newtonjax as nj
-from newtonjax.fields import split, synthesize
+from newtonjax.fields import synthesize
+from newtonjax.fields.fringes import split
 from newtonjax.numerics import cos_turns
 from newtonjax.numerics.chebyshev import expand
 
