@@ -8,7 +8,6 @@ from fitting.photograph import FrameFit as FrameFit
 from fitting.photograph import Parameter as Parameter
 from fitting.photograph import fit as fit
 from fitting.photograph import fit_stack as fit_stack
-from fitting.photograph import result_figure as result_figure
 from fitting.reticle import Scale as Scale
 from fitting.reticle import scale as scale
 from fitting.sampling import Chain as Chain
@@ -22,4 +21,3 @@ from fitting.studies import sensitivity as sensitivity
 from fitting.studies import spread as spread
 from fitting.tables import RingsResult as RingsResult
 from fitting.tables import rings as rings
-from fitting.tables import rings_figure as rings_figure

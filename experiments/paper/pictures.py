@@ -42,7 +42,7 @@ def main() -> None:
     data = ROOT / "fitting" / "data"
     sample = tomllib.loads((data / "sample.toml").read_text(encoding="utf-8"))
     result = fitting.fit(data / "sample.png", **sample["given"])
-    fitting.result_figure(result).savefig(ROOT / "docs" / "fit.png", dpi=75)
+    result.figure().savefig(ROOT / "docs" / "fit.png", dpi=75)
 
 
 if __name__ == "__main__":

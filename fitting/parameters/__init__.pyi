@@ -23,6 +23,11 @@ from fitting.parameters.fringe_scale import quantities as quantities
 from fitting.parameters.known import Known as Known
 from fitting.parameters.known import deviation as deviation
 from fitting.parameters.known import require_held as require_held
+from fitting.parameters.result import AbstractResult as AbstractResult
+from fitting.parameters.result import Origin as Origin
+from fitting.parameters.result import interval as interval
+from fitting.parameters.result import origin_from as origin_from
+from fitting.parameters.result import says_its_origin as says_its_origin
 from fitting.parameters.table import TABLE as TABLE
 from fitting.parameters.table import ParameterSpec as ParameterSpec
 from fitting.parameters.vector import NUMBERS as NUMBERS

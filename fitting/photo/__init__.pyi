@@ -4,7 +4,6 @@ from fitting.photo.frames import frames_of as frames_of
 from fitting.photo.reading import Photograph as Photograph
 from fitting.photo.reading import read as read
 from fitting.photo.reading import read_again as read_again
-from fitting.photo.reading import read_mask as read_mask
 from fitting.photo.reduction import DEGREES as DEGREES
 from fitting.photo.reduction import NODES as NODES
 from fitting.photo.reduction import Grid as Grid

@@ -59,7 +59,9 @@ class Photograph:
 
 
 def read(
-    source: str | Path | np.ndarray, transfer: str | float | None = None, mask: np.ndarray | None = None
+    source: str | Path | np.ndarray,
+    transfer: str | float | None = None,
+    mask: str | Path | np.ndarray | None = None,
 ) -> Photograph:
     """A photograph from a file or an array [rows, columns] or [rows, columns, channels].
 
@@ -70,7 +72,11 @@ def read(
 
     Raises FileNotFoundError, and ValueError for what is no image or needs more memory than there is.
     """
-    picture = np.ma.asarray(load(source) if isinstance(source, str | Path) else source)
+    warnings = []
+    is_file = isinstance(source, str | Path)
+    picture = np.ma.asarray(load(source) if is_file else source)
+    if is_file and has_more(source):
+        warnings.append("the file holds several pictures: the first was taken; fitting.fit_stack measures all of them")
     raw, top, count = _checked(picture.data)
     rows, columns = raw.shape[:2]
     # One channel, a mask, the lit field, and what passes by while these are made.
@@ -84,11 +90,8 @@ def read(
     if not np.issubdtype(plane.dtype, np.integer):
         lit &= np.isfinite(plane)
     lit &= _not_wild(codes, lit) & _lit(codes)
-    warnings = []
-    if isinstance(source, str | Path) and has_more(source):
-        warnings.append("the file holds several pictures: the first was taken; fitting.fit_stack measures all of them")
     if mask is not None:
-        mask = np.asarray(mask, dtype=bool)
+        mask = _read_mask(mask) if isinstance(mask, str | Path) else np.asarray(mask, dtype=bool)
         if mask.shape != plane.shape:
             raise ValueError(f"mask has shape {mask.shape}; allowed: the image's, {plane.shape}")
         lit &= mask
@@ -131,7 +134,7 @@ def read_again(source: np.ndarray, like: Photograph) -> Photograph:
     return replace(like, codes=codes, lit=lit, mask=usable, warnings=[])
 
 
-def read_mask(path: str | Path) -> np.ndarray:
+def _read_mask(path: str | Path) -> np.ndarray:
     """A mask from an image file: True where it is not black. Raises FileNotFoundError, and ValueError for no image."""
     codes = np.asarray(load(path))
     return codes > 0 if codes.ndim == 2 else np.any(codes[:, :, : 3 if codes.shape[2] >= 3 else 1] > 0, axis=2)

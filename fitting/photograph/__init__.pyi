@@ -1,6 +1,5 @@
 """The verb `fit`, and stacks: choose, judge, report."""
 
-from fitting.photograph.figure import result_figure as result_figure
 from fitting.photograph.frame_fit import FrameFit as FrameFit
 from fitting.photograph.measure import fit as fit
 from fitting.photograph.result import FitResult as FitResult

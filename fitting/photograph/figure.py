@@ -4,38 +4,24 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy import ndimage
 
-from fitting.parameters import TABLE
-from fitting.photograph.result import FitResult
+from fitting.photograph.picture import Picture
 
 # No more rings than this are drawn: beyond, they would hide the photograph.
 _RINGS = 40
 
 
-def result_figure(result: FitResult) -> Figure:
-    """Photograph with the fitted dark rings over it, residual, and the order across against angle down.
-
-    In the unwrapped view a good fit is straight vertical lines; the fit's own fringes are drawn under the data's.
-    A refused fit shows its photograph alone, with the reason.
-    """
-    picture = result.picture
-    if picture is None or result.centre_px is None:
-        return _message(result)
+def of_picture(picture: Picture, centre: tuple[float, float], title: str) -> Figure:
+    """Photograph with the fitted dark rings over it, residual, and the order across against angle down; centre [px]."""
     figure = Figure(figsize=(11, 9.2), layout="constrained")
     (over, left), (unwrapped, profile) = figure.subplots(2, 2)
     image = picture.photograph.image
-    shown = np.where(picture.weights > 0, image, np.nan)
-    low, high = np.nanpercentile(shown, [1, 99])
-    over.imshow(image, cmap="gray", vmin=low, vmax=high)
-    _draw_rings(over, picture.phase, picture.weights)
-    over.plot(*result.centre_px, "+", color="tab:red", markersize=12, clip_on=True)
-    _limits(over, image.shape)
-    over.set_title("photograph, fitted dark rings in red")
+    low, high = draw_photograph(picture, centre, over)
     residual = np.where(picture.weights > 0, image - picture.fitted, np.nan)
     span = np.nanpercentile(np.abs(residual), 99)
     drawn = left.imshow(residual, cmap="RdBu_r", vmin=-span, vmax=span)
     left.set_title("photograph less model")
     figure.colorbar(drawn, ax=left, shrink=0.8, label="share of the brightest")
-    data, model, order, angle = unwrap(result)
+    data, model, order, angle = unwrap(picture, centre)
     stripes = np.where(np.arange(len(angle))[:, None] // max(1, len(angle) // 12) % 2, model, data)
     extent = (order[0], order[-1], np.degrees(angle[-1]), np.degrees(angle[0]))
     unwrapped.imshow(stripes, cmap="gray", aspect="auto", extent=extent, vmin=low, vmax=high, interpolation="nearest")
@@ -46,21 +32,28 @@ def result_figure(result: FitResult) -> Figure:
     profile.plot(order[covered], mean[1], color="tab:red", lw=1, label="model")
     profile.set(xlabel="order [turns]", ylabel="mean over angle", title="profile")
     profile.legend(loc="upper right")
-    figure.suptitle(_title(result))
+    figure.suptitle(title)
     return figure
 
 
-def unwrap(result: FitResult) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def draw_photograph(picture: Picture, centre: tuple[float, float], axes) -> tuple[float, float]:
+    """The photograph and the fitted dark rings into matplotlib axes; the intensities that are black and white."""
+    image = picture.photograph.image
+    low, high = np.nanpercentile(np.where(picture.weights > 0, image, np.nan), [1, 99])
+    axes.imshow(image, cmap="gray", vmin=low, vmax=high)
+    _draw_rings(axes, picture.phase, picture.weights)
+    axes.plot(*centre, "+", color="tab:red", markersize=12, clip_on=True)
+    _limits(axes, image.shape)
+    axes.set_title("photograph, fitted dark rings in red")
+    return float(low), float(high)
+
+
+def unwrap(picture: Picture, centre: tuple[float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Photograph and model on a grid of angle (down) and order (across), NaN where masked; order [turns], angle [rad].
 
     The order is the fit's phase less that of the ring's centre, so that an ellipse or a distortion bends no line.
-
-    Raises ValueError for a result without a centre or a model image.
     """
-    picture = result.picture
-    if picture is None or result.centre_px is None:
-        raise ValueError(f"a result of status {result.status!r} has no rings to unwrap; give one that has a centre")
-    image, (x0, y0) = picture.photograph.image, result.centre_px
+    image, (x0, y0) = picture.photograph.image, centre
     rows, columns = np.nonzero(picture.weights > 0)
     dx, dy = columns - x0, rows - y0
     r2 = np.linspace(np.min(dx * dx + dy * dy), np.max(dx * dx + dy * dy), 900)
@@ -116,16 +109,8 @@ def _limits(axes, shape: tuple[int, int]) -> None:
     axes.set_ylim(shape[0] - 0.5, -0.5)
 
 
-def _title(result: FitResult) -> str:
-    answer = result.parameters.get(result.measured)
-    if result.status == "ok" and answer is not None and answer.sd is not None:
-        unit = TABLE[result.measured].in_unit
-        return f"{result.measured} = {answer.value:.6g} ± {answer.sd:.2g}{unit}"
-    scale = result.fringe_scale_per_px2
-    return f"{result.status}" + (f", fringe scale {scale:.6g} per px²" if scale else "")
-
-
-def _message(result: FitResult) -> Figure:
+def of_words(text: str) -> Figure:
+    """A figure that holds a sentence, where there is nothing to draw."""
     figure = Figure(figsize=(6, 2.2), layout="constrained")
-    figure.text(0.5, 0.5, f"{result.status}: {result.message}", ha="center", va="center", wrap=True)
+    figure.text(0.5, 0.5, text, ha="center", va="center", wrap=True)
     return figure

@@ -45,7 +45,7 @@ class FrameFit:
     searched: bool = False
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
 
-    def as_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """The row by name, the parameters as plain dictionaries: for a table or JSON."""
         row = {name: getattr(self, name) for name in self.__slots__ if name != "parameters"}
         return row | {"parameters": {name: asdict(value) for name, value in self.parameters.items()}}

@@ -20,6 +20,7 @@ from fitting.parameters import (
     held_turns,
     one_blas_thread,
     quantities,
+    says_its_origin,
 )
 from fitting.photo import Photograph, block_size, pixels_of, read, reduce
 from fitting.photograph.result import FitResult
@@ -50,6 +51,7 @@ _HALF_FOUND = 0.7
 _WHITE, _MADE, _EXACT = 2.0, 1e-4, 1e-8
 
 
+@says_its_origin
 def fit(
     image: str | Path | np.ndarray | jax.Array,
     *,
@@ -69,7 +71,7 @@ def fit(
     fixed: dict[str, float | tuple[float, float]] | None = None,
     start: dict[str, float | tuple[float, float]] | None = None,
     transfer: str | float | None = None,
-    mask: np.ndarray | None = None,
+    mask: str | Path | np.ndarray | None = None,
     parts: dict[str, bool] | None = None,
 ) -> FitResult:
     """The lens radius, or another one of radius, wavelength, pixel size and index, from an image of rings.
@@ -91,7 +93,7 @@ def fit(
       start: values to start from instead of the search, by name: "radius" [m] or "fringe_scale_per_px2", "centre_px".
       transfer: "linear", "srgb" or an exponent; see `fitting.photo.read`. Without it the usual one is taken, and an
         exponent more where the fringes have a second harmonic.
-      mask: True where pixels may be used.
+      mask: True where pixels may be used, [rows, columns]; or an image file, where it is not black.
       parts: "oblique view", "distortion", "fifth order" (of the distortion), "contact" or "film" (between the pressed
         faces), with True (there, whatever the image says) or False (not there); those not named are there where the
         image calls for them.

@@ -14,13 +14,14 @@ from fitting.parameters import (
     block_of,
     change,
     held_turns,
+    interval,
     lensless,
     quantities_of,
     rescaled,
     result_names,
 )
 from fitting.photo import thin
-from fitting.photograph.result import Parameter, interval
+from fitting.photograph.result import Parameter
 from newtonjax.scene import gap_height
 
 

@@ -1,14 +1,14 @@
 """What a fit returns: numbers with their standard deviations, the reason where there are none, and a report."""
 
-from dataclasses import dataclass, field
-from functools import cached_property
-from typing import NamedTuple
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from fitting.estimate import Fitted, pictures
-from fitting.parameters import TABLE, Quantities
-from fitting.photo import Photograph
+from fitting.estimate import Fitted
+from fitting.parameters import TABLE, AbstractResult, Origin, Quantities, interval, origin_from
+from fitting.photograph.picture import Picture
 
 # What makes a row of the budget smaller that is no given quantity's.
 _ADVICE = {
@@ -22,8 +22,6 @@ _ADVICE = {
     "view of a steep sphere": "give the bench as a scene",
     "model": "look at the residual picture; mask what is not of one ring system, or take more rings",
 }
-# Two-sided 95 % of a normal distribution.
-_COVERAGE = 1.959963984540054
 
 
 @dataclass(frozen=True)
@@ -35,29 +33,6 @@ class Parameter:
     fixed: bool
 
 
-@dataclass(frozen=True)
-class Picture:
-    """What the pictures are drawn from: the photograph, and of its fit what is asked for, at every pixel.
-
-    `fitted`: the model image; `phase`: of the rings [turns]; `weights`: of the pixels.
-    """
-
-    photograph: Photograph
-    found: Fitted
-
-    @cached_property
-    def fitted(self) -> np.ndarray:
-        return pictures.fitted(self.found, self.phase)
-
-    @cached_property
-    def phase(self) -> np.ndarray:
-        return pictures.phase(self.found)
-
-    @cached_property
-    def weights(self) -> np.ndarray:
-        return pictures.weights(self.found, self.photograph.mask)
-
-
 class Evidence(NamedTuple):
     """What a posterior is made of: the fit, what was given, the noise's variance per unit weight, the covariance."""
 
@@ -67,8 +42,8 @@ class Evidence(NamedTuple):
     covariance: np.ndarray
 
 
-@dataclass(frozen=True)
-class FitResult:
+@dataclass(frozen=True, repr=False, eq=False)
+class FitResult(AbstractResult):
     """The outcome of `fitting.fit`. Lengths in metres; `None` is what the data do not give.
 
     - `status`: "ok", "no-scale" (rings, but a quantity is missing for a radius), "refused" or "not-converged";
@@ -106,15 +81,44 @@ class FitResult:
     names: tuple[str, ...] = ()
     covariance: np.ndarray | None = None
     picture: Picture | None = None
-    evidence: Evidence | None = field(default=None, repr=False)
+    evidence: Evidence | None = None
+    origin: Origin | None = None
 
     @property
     def residual(self) -> np.ndarray | None:
         """Photograph less model [rows, columns], None without a fit."""
         return None if self.picture is None else self.picture.photograph.image - self.picture.fitted
 
-    def as_dict(self) -> dict:
-        """The JSON object of the shell: units in the keys, null for what is not known."""
+    def figure(self, ax=None) -> Any:
+        """Photograph with the fitted dark rings over it, residual, unwrapped view and profile, as a matplotlib figure.
+
+        In the unwrapped view a good fit is straight vertical lines; the fit's own fringes are drawn under the data's.
+        Without an answer it is the reason. With `ax` the photograph and its rings alone are drawn into these axes.
+
+        Raises ValueError for a loaded result, which has no photograph, and with `ax` for one without rings.
+        """
+        from fitting.photograph import figure
+
+        if ax is None and (self.picture is None or self.centre_px is None):
+            if self.centre_px is not None:
+                raise ValueError("a loaded result has no photograph to draw; fit the photograph again")
+            return figure.of_words(f"{self.status}: {self.message}")
+        if self.picture is None or self.centre_px is None:
+            raise ValueError(f"a result of status {self.status!r} has no photograph with rings; a loaded one has none")
+        if ax is None:
+            return figure.of_picture(self.picture, self.centre_px, self._title())
+        figure.draw_photograph(self.picture, self.centre_px, ax)
+        return ax.figure
+
+    def _title(self) -> str:
+        answer = self.parameters.get(self.measured)
+        if self.status == "ok" and answer is not None and answer.sd is not None:
+            return f"{self.measured} = {answer.value:.6g} ± {answer.sd:.2g}{TABLE[self.measured].in_unit}"
+        scale = self.fringe_scale_per_px2
+        return f"{self.status}" + (f", fringe scale {scale:.6g} per px²" if scale else "")
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON object of the shell: units in the keys, null for what is not determined."""
         radius, scale = TABLE["radius"], TABLE["fringe_scale"]
         answer = {
             "status": self.status,
@@ -132,12 +136,47 @@ class FitResult:
             "budget": [{"source": source, "sd_m": sd} for source, sd in self.budget],
             "warnings": list(self.warnings),
             "model": dict(self.model),
+            "measured": self.measured,
+            "parameters": {name: asdict(parameter) for name, parameter in self.parameters.items()},
+            "names": list(self.names),
+            "covariance": None if self.covariance is None else self.covariance.tolist(),
             "seconds": self.seconds,
+            "kind": "FitResult",
+            "origin": self.origin and self.origin._asdict(),
         }
         if self.measured != "radius" and self.measured in self.parameters:
             spec, parameter = TABLE[self.measured], self.parameters[self.measured]
             answer |= {spec.key(): parameter.value, spec.key("sd"): parameter.sd}
-        return {key: _finite(value) for key, value in answer.items()}
+        return answer
+
+    @classmethod
+    def from_dict(cls, saved: Mapping[str, Any]) -> "FitResult":
+        """The result that `to_dict` was called of, without its pixels."""
+        radius, scale = TABLE["radius"], TABLE["fringe_scale"]
+        interval, centre, covariance = saved[radius.key("interval")], saved["centre_px"], saved["covariance"]
+        return cls(
+            saved["status"],
+            saved["message"],
+            measured=saved["measured"],
+            radius=saved[radius.key()],
+            radius_sd=saved[radius.key("sd")],
+            radius_interval=interval and (interval[0], interval[1]),
+            radius_sd_noise=saved[radius.key("sd_noise")],
+            fringe_scale_per_px2=saved[scale.key()],
+            fringe_scale_sd=saved[scale.key("sd")],
+            centre_px=centre and (centre[0], centre[1]),
+            gap=saved[TABLE["gap"].key()],
+            contact_radius=saved[TABLE["contact_radius"].key()],
+            explained_variance=saved["explained_variance"],
+            budget=[(row["source"], row["sd_m"]) for row in saved["budget"]],
+            warnings=list(saved["warnings"]),
+            model=dict(saved["model"]),
+            seconds=saved["seconds"],
+            parameters={name: Parameter(**parameter) for name, parameter in saved["parameters"].items()},
+            names=tuple(saved["names"]),
+            covariance=None if covariance is None else np.array(covariance, float),
+            origin=origin_from(saved),
+        )
 
     def dominant(self) -> str:
         """The largest row of the budget, its share of the variance, and what would make it smaller; empty without."""
@@ -182,19 +221,3 @@ class FitResult:
         if self.warnings:
             lines += ["[[Warnings]]"] + [f"    {text}" for text in self.warnings]
         return "\n".join(lines)
-
-
-def _finite(value):
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_finite(item) for item in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if np.isfinite(value) else None
-    return value
-
-
-def interval(value: float, sd: float) -> tuple[float, float]:
-    """95 %, normal in the logarithm: a length cannot be negative, and s²/(k λ) is a product."""
-    factor = float(np.exp(_COVERAGE * sd / value))
-    return value / factor, value * factor

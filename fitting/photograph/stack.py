@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -41,7 +42,7 @@ def fit_stack(
     fixed: dict[str, float | tuple[float, float]] | None = None,
     start: dict[str, float | tuple[float, float]] | None = None,
     transfer: str | float | None = None,
-    mask: np.ndarray | None = None,
+    mask: str | Path | np.ndarray | None = None,
     parts: dict[str, bool] | None = None,
 ) -> Iterator[FrameFit]:
     """A row for each frame of one view, whose radius, gap or centre changes slowly, in the frames' order.

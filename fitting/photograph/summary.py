@@ -9,7 +9,8 @@ from fitting.model import SceneModel
 from fitting.parameters import Quantities
 from fitting.photo import Photograph
 from fitting.photograph.numbers import measured
-from fitting.photograph.result import Evidence, FitResult, Picture
+from fitting.photograph.picture import Picture
+from fitting.photograph.result import Evidence, FitResult
 from fitting.photograph.selection import UNFITTED, Choice
 from fitting.photograph.uncertainty import image_rows
 

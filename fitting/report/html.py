@@ -36,7 +36,7 @@ def page(result, photo: Path, command: str, pictures: Mapping[str, bytes], chain
         f"<h2>Report</h2><pre>{html.escape(result.report())}</pre>",
         "" if chain is None else f"<pre>{html.escape(chain.report())}</pre>",
         _table("How to get it again", _history(photo, command)),
-        f"<h2>All numbers</h2><pre>{html.escape(json_text(result.as_dict()))}</pre>",
+        f"<h2>All numbers</h2><pre>{html.escape(json_text(result.to_dict()))}</pre>",
     ]
     title = html.escape(f"newtonjax: {photo.name}")
     return (

@@ -1,5 +1,4 @@
 """The verb `scale`: the pixel size from a ruled grid."""
 
-from fitting.reticle.lattice import lines_at as lines_at
 from fitting.reticle.lattice import scale as scale
 from fitting.reticle.result import Scale as Scale

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import fft, ndimage, optimize
 
-from fitting.parameters import check_deviation, number
+from fitting.parameters import check_deviation, number, says_its_origin
 from fitting.photo import Photograph, flatten, read
 from fitting.reticle.grid import Grid, Lines
 from fitting.reticle.result import Scale
@@ -28,13 +28,14 @@ _SKEW, _STRETCH, _BENT = 0.05, 0.1, 0.3
 _PARTS = 4
 
 
+@says_its_origin
 def scale(
     image: str | Path | np.ndarray,
     *,
     division: float,
     division_sd: float | None = None,
     transfer: str | float | None = None,
-    mask: np.ndarray | None = None,
+    mask: str | Path | np.ndarray | None = None,
 ) -> Scale:
     """The pixel size on the object from a photograph of a square grid of lines, at any angle.
 
@@ -54,6 +55,10 @@ def scale(
         raise ValueError(f"division is {division}; allowed: 1e-9 to 1 m")
     check_deviation("division", division_sd, division)
     photograph = read(image, transfer, mask)
+    return _measured(photograph, float(division), float(division_sd or 0.0))
+
+
+def _measured(photograph: Photograph, division: float, division_sd: float) -> Scale:
     if photograph.mask.sum() < 1024:
         return Scale("refused", f"{int(photograph.lit.sum())} pixels can be used: the image is dark or masked")
     fringes = flatten(photograph.image, photograph.lit)
@@ -70,7 +75,7 @@ def scale(
             message = f"no grid: what looks like one is coherent to {coherence:.2g} only ({least:.2g} is the least)"
             return Scale("refused", message, photograph=photograph)
         grid = _fit(phases, grid, photograph.image.shape)
-    return _checked(_answer(grid, phases, photograph, float(division), float(division_sd or 0.0)))
+    return _checked(_answer(grid, phases, photograph, division, division_sd))
 
 
 def _checked(answer: Scale) -> Scale:
@@ -251,12 +256,3 @@ def _answer(grid: Grid, phases: list[Phases], photograph: Photograph, division: 
         photograph=photograph,
         grid=grid,
     )
-
-
-def lines_at(result: Scale) -> list[np.ndarray]:
-    """Turns of both directions' lines at every pixel: a line is where they are whole. Empty without a grid."""
-    if result.photograph is None or result.grid is None:
-        return []
-    rows, columns = result.photograph.image.shape
-    x, y = np.arange(columns, dtype=float), np.arange(rows, dtype=float)[:, None]
-    return [result.grid.turns(direction, x, y, (rows, columns)) for direction in (0, 1)]

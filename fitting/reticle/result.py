@@ -1,15 +1,34 @@
 """What a photograph of a ruled grid says of the pixels."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
+from fitting.parameters import AbstractResult, Origin, origin_from
 from fitting.photo import Photograph
 from fitting.reticle.grid import Grid
 
+# Attributes by their keys in JSON.
+_KEYS = {
+    "status": "status",
+    "message": "message",
+    "pixel_size_m": "pixel_size",
+    "pixel_size_sd_m": "pixel_size_sd",
+    "pixel_size_x_m": "pixel_size_x",
+    "pixel_size_y_m": "pixel_size_y",
+    "angle_rad": "angle",
+    "skew_rad": "skew",
+    "distortion": "distortion",
+    "distortion_sd": "distortion_sd",
+    "division_m": "division",
+    "division_sd_m": "division_sd",
+}
 
-@dataclass(frozen=True)
-class Scale:
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Scale(AbstractResult):
     """What a photograph of a ruled grid says of the pixels, in metres on the object.
 
     - `status`: "ok", or "refused" with a `message`.
@@ -34,27 +53,46 @@ class Scale:
     division: float | None = None
     division_sd: float | None = None
     warnings: list[str] = field(default_factory=list)
-    photograph: Photograph | None = field(default=None, repr=False)
-    grid: Grid | None = field(default=None, repr=False)
+    photograph: Photograph | None = None
+    grid: Grid | None = None
+    origin: Origin | None = None
 
-    def as_dict(self) -> dict:
+    def to_dict(self) -> dict[str, Any]:
         """The JSON object of the shell, which `fit --scale-from` reads: units in the keys."""
+        numbers = {key: getattr(self, name) for key, name in _KEYS.items()}
         return {
-            "status": self.status,
-            "message": self.message,
-            "pixel_size_m": self.pixel_size,
-            "pixel_size_sd_m": self.pixel_size_sd,
-            "pixel_size_x_m": self.pixel_size_x,
-            "pixel_size_y_m": self.pixel_size_y,
-            "angle_rad": self.angle,
-            "skew_rad": self.skew,
-            "distortion": self.distortion,
-            "distortion_sd": self.distortion_sd,
+            **numbers,
             "lines": self.lines and list(self.lines),
-            "division_m": self.division,
-            "division_sd_m": self.division_sd,
             "warnings": list(self.warnings),
+            "kind": "Scale",
+            "origin": self.origin and self.origin._asdict(),
         }
+
+    @classmethod
+    def from_dict(cls, saved: Mapping[str, Any]) -> "Scale":
+        """The scale that `to_dict` was called of."""
+        lines = saved["lines"]
+        return cls(
+            **{name: saved[key] for key, name in _KEYS.items()},
+            lines=lines and (lines[0], lines[1]),
+            warnings=list(saved["warnings"]),
+            origin=origin_from(saved),
+        )
+
+    def figure(self, ax=None) -> Any:
+        """The photograph with the measured lines; with `ax` drawn into these axes.
+
+        Raises ValueError where there are none, as in a loaded result.
+        """
+        from fitting.reticle import figure
+
+        if self.photograph is None or self.grid is None:
+            raise ValueError(f"there are no lines to draw ({self.status}); a loaded result has no photograph")
+        title = f"pixel size {self.pixel_size:.6g} ± {self.pixel_size_sd:.2g} m, the lines as measured"
+        if ax is None:
+            return figure.of_grid(self.photograph, self.grid, title)
+        figure.draw_lines(self.photograph, self.grid, title, ax)
+        return ax.figure
 
     def report(self) -> str:
         """The scale as text."""

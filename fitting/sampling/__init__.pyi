@@ -1,8 +1,6 @@
 """Draws from the posterior of a fit."""
 
 from fitting.sampling.chain import Chain as Chain
-from fitting.sampling.figures import corner_figure as corner_figure
-from fitting.sampling.figures import trace_figure as trace_figure
 from fitting.sampling.mcmc import WRITING as WRITING
 from fitting.sampling.mcmc import OtherChainError as OtherChainError
 from fitting.sampling.mcmc import sample as sample

@@ -1,26 +1,28 @@
 """Draws from a posterior, and how far they may be trusted."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from fitting.estimate import Fitted
-from fitting.parameters import Quantities
+from fitting.parameters import AbstractResult, Origin, Quantities, origin_from
 from fitting.sampling.density import NEAR, Posterior, draws, excursions, in_blocks
 
 # A chain shorter than this many autocorrelation times tells no quantile (emcee's documentation; Sokal 1997).
 _LONG = 50
 
 
-@dataclass(frozen=True)
-class Chain:
+@dataclass(frozen=True, repr=False, eq=False)
+class Chain(AbstractResult):
     """What was drawn after burn-in, and how far it may be trusted.
 
+    - `status`: "ok", or "not-converged" where `message` says why no quantile is quoted.
     - `names`; `values` [steps, walkers, names] in SI units (centre in pixels, gap's phase in turns); `log_prob`
       [steps, walkers], up to a constant.
     - `autocorrelation_time` [names] in steps (Goodman and Weare 2010); `effective` draws, the fewest of any name.
     - `acceptance`: mean share of accepted moves; `split_rhat` [names]: half-chains against each other.
-    - `message`: why no quantile is quoted; empty where one is.
 
     The posterior is that of the model and of what was given: rows of the fit's budget for what the model leaves out are
     not in it.
@@ -33,7 +35,10 @@ class Chain:
     effective: float
     acceptance: float
     split_rhat: np.ndarray
-    message: str
+    status: str = "ok"
+    message: str = ""
+    warnings: list[str] = field(default_factory=list)
+    origin: Origin | None = None
 
     def of(self, name: str) -> np.ndarray:
         """All draws of one number. Raises ValueError for an unknown name."""
@@ -48,11 +53,12 @@ class Chain:
         low, high = np.quantile(self.of(name), [(1 - coverage) / 2, (1 + coverage) / 2])
         return float(low), float(high)
 
-    def as_dict(self) -> dict:
-        """The chain's numbers for JSON: by name mean, standard deviation and 95 % (null where it is not told)."""
-        told = not self.message
+    def to_dict(self) -> dict[str, Any]:
+        """The chain for JSON: by name mean, standard deviation and 95 % (null where none is quoted); its draws."""
         return {
+            "status": self.status,
             "message": self.message,
+            "warnings": list(self.warnings),
             "steps": len(self.values),
             "walkers": self.values.shape[1],
             "effective_draws": self.effective,
@@ -61,13 +67,52 @@ class Chain:
                 name: {
                     "mean": float(self.of(name).mean()),
                     "sd": float(self.of(name).std()),
-                    "interval": list(self.interval(name)) if told else None,
+                    "interval": None if self.message else list(self.interval(name)),
                     "autocorrelation_time_steps": float(self.autocorrelation_time[k]),
                     "split_rhat": float(self.split_rhat[k]),
                 }
                 for k, name in enumerate(self.names)
             },
+            "kind": "Chain",
+            "origin": self.origin and self.origin._asdict(),
+            "draws": self.values.tolist(),
+            "log_prob": self.log_prob.tolist(),
         }
+
+    @classmethod
+    def from_dict(cls, saved: Mapping[str, Any]) -> "Chain":
+        """The chain that `to_dict` was called of."""
+        parameters = saved["parameters"]
+        return cls(
+            tuple(parameters),
+            np.array(saved["draws"], float),
+            np.array(saved["log_prob"], float),
+            np.array([row["autocorrelation_time_steps"] for row in parameters.values()], float),
+            saved["effective_draws"],
+            saved["acceptance"],
+            np.array([row["split_rhat"] for row in parameters.values()], float),
+            saved["status"],
+            saved["message"],
+            list(saved["warnings"]),
+            origin_from(saved),
+        )
+
+    def figure(self, ax=None) -> Any:
+        """Histograms of all numbers and of all pairs, with median and 68 %.
+
+        Raises ValueError with `ax`: there are as many axes as pairs of numbers.
+        """
+        from fitting.sampling.figures import corner_figure
+
+        if ax is not None:
+            raise ValueError("a corner plot has as many axes as pairs of numbers; leave ax out")
+        return corner_figure(self.names, self.values)
+
+    def trace_figure(self) -> Any:
+        """Every walker of every number against the step, burn-in left out."""
+        from fitting.sampling.figures import trace_figure
+
+        return trace_figure(self.names, self.values)
 
     def report(self) -> str:
         """The chain as text."""
@@ -116,6 +161,7 @@ def chain_of(
         values[:, :, 0].size / slowest,
         acceptance,
         split_rhat(values),
+        "not-converged" if message else "ok",
         message,
     )
 

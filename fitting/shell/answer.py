@@ -45,10 +45,10 @@ class Outputs(NamedTuple):
             output.make_folder(self.folder)
         output.check_free([*self.in_folder().values(), *filter(None, [self._json_path()])], self.force, keep=keep)
 
-    def write(self, result, picture: Callable[[Any], bytes], extras: Extras | None = None) -> int:
+    def write(self, result, extras: Extras | None = None, drawn: bytes = b"") -> int:
         """Print the report, or why there is no answer, and write the files that were asked for; the exit status.
 
-        `extras`: more for the answer, for the text, and for the folder.
+        `extras`: more for the answer, for the text, and for the folder; `drawn`: the picture, if it is drawn already.
         """
         status, extras = _EXIT[result.status], extras or Extras()
         answer, text = _texts(result, extras)
@@ -59,24 +59,25 @@ class Outputs(NamedTuple):
         if path := self._json_path():
             output.write(path, answer, self.force)
         if self.folder is not None:
-            drawn = self._write_result(result, picture, extras)
+            drawn = self._write_result(result, extras, drawn)
             for name, content in (extras.files(drawn) if extras.files and drawn else {}).items():
                 output.write(self.in_folder()[name], content, self.force)
         if status:
             print(f"newtonjax: {result.status}: {' '.join(result.message.split())}", file=sys.stderr)
         return status
 
-    def keep(self, result, picture: Callable[[Any], bytes]) -> bytes:
+    def keep(self, result) -> bytes:
         """Write to the folder what is complete before longer work starts; the picture, empty without one."""
-        return b"" if self.folder is None else self._write_result(result, picture, Extras())
+        return b"" if self.folder is None else self._write_result(result, Extras())
 
-    def _write_result(self, result, picture: Callable[[Any], bytes], extras: Extras) -> bytes:
+    def _write_result(self, result, extras: Extras, drawn: bytes = b"") -> bytes:
         paths, (answer, text) = self.in_folder(), _texts(result, extras)
         output.write(paths["report"], text + "\n", self.force)
         output.write(paths["json"], answer, self.force)
-        drawn = b"" if _EXIT[result.status] == 3 else picture(result)
-        if drawn:
-            output.write(paths["picture"], drawn, self.force)
+        if _EXIT[result.status] == 3:
+            return b""
+        drawn = drawn or as_png(result.figure())
+        output.write(paths["picture"], drawn, self.force)
         return drawn
 
     def _json_path(self) -> Path | None:
@@ -85,7 +86,8 @@ class Outputs(NamedTuple):
 
 def _texts(result, extras: Extras) -> tuple[str, str]:
     """The answer as JSON, and the report."""
-    return output.json_text({**result.as_dict(), **extras.answer}), result.report() + extras.text
+    text = result.report() + extras.text
+    return output.json_text({**result.to_dict(), **extras.answer}), text
 
 
 def as_png(figure) -> bytes:

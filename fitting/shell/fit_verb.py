@@ -43,11 +43,11 @@ def run(photo: Path, given: Given, outputs: Outputs) -> int:
     with progress(f"fitting {photo.name}"):
         result = fitting.fit(photo, **arguments)
     if not given.mcmc or result.evidence is None:
-        return outputs.write(result, _picture, _extras(result, photo, None))
-    drawn = outputs.keep(result, _picture)
+        return outputs.write(result, _extras(result, photo, None))
+    drawn = outputs.keep(result)
     chain = _chain(result, outputs)
     outputs = outputs._replace(force=True)  # of what is there now the files of this run are replaced
-    return outputs.write(result, lambda found: drawn or _picture(found), _extras(result, photo, chain))
+    return outputs.write(result, _extras(result, photo, chain), drawn)
 
 
 def _chain(result, outputs: Outputs):
@@ -73,9 +73,7 @@ def _extras(result, photo: Path, chain) -> Extras:
     def files(picture: bytes) -> dict[str, bytes | str]:
         drawn, made = {"Photograph and fit": picture}, {}
         if chain is not None:
-            from fitting.sampling import corner_figure, trace_figure
-
-            made = {"corner.png": as_png(corner_figure(chain)), "trace.png": as_png(trace_figure(chain))}
+            made = {"corner.png": as_png(chain.figure()), "trace.png": as_png(chain.trace_figure())}
             drawn |= {"Posterior": made["corner.png"], "Chain": made["trace.png"]}
         from fitting.report import page
 
@@ -83,7 +81,9 @@ def _extras(result, photo: Path, chain) -> Extras:
 
     if chain is None:
         return Extras(files=files)
-    return Extras({"posterior": chain.as_dict()}, "\n" + chain.report(), files)
+    # The draws are in the chain's own file.
+    posterior = {key: value for key, value in chain.to_dict().items() if key not in ("draws", "log_prob")}
+    return Extras({"posterior": posterior}, "\n" + chain.report(), files)
 
 
 def demo(folder: Path, force: bool) -> int:
@@ -96,7 +96,7 @@ def demo(folder: Path, force: bool) -> int:
         session.prepare()
         with progress("fitting the sample"):
             result = fitting.fit(photo, **sample["given"])
-    status = outputs.write(result, _picture)
+    status = outputs.write(result)
     print(_comparison(result, sample["truth"]["radius"]))
     print(f"picture: {outputs.in_folder()['picture']}")
     return status
@@ -117,8 +117,6 @@ def _check(photo: Path, given: Given, outputs: Outputs) -> None:
 
 def _arguments(given: Given) -> dict:
     """The arguments of `fitting.fit`; what a scene file says stands in for what was not given."""
-    from fitting.photo import read_mask
-
     known: dict[str, Any] = {
         "wavelength_sd": given.wavelength_sd,
         "pixel_size": given.pixel_size,
@@ -132,7 +130,7 @@ def _arguments(given: Given) -> dict:
         if getattr(given, name) is not None:
             known[name] = getattr(given, name)
     if given.mask is not None:
-        known["mask"] = read_mask(given.mask)
+        known["mask"] = given.mask
     if given.contact is not None:
         known["parts"] = {"contact": given.contact}
     if given.scale_from is not None:
@@ -152,12 +150,6 @@ def _arguments(given: Given) -> dict:
     if known["pixel_size"] is None and camera is not None:
         known["pixel_size"] = float(camera.pixel_size)
     return {**known, "view": scene.view, "scene": scene}
-
-
-def _picture(result) -> bytes:
-    from fitting.photograph import result_figure
-
-    return as_png(result_figure(result))
 
 
 def _comparison(result, truth: float) -> str:

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from fitting.shell.answer import Outputs, as_png
-from fitting.tables import RingsResult, orders
+from fitting.shell.answer import Outputs
+from fitting.tables import orders
 
 
 def run(table: Path, given: dict, outputs: Outputs) -> int:
@@ -11,10 +11,4 @@ def run(table: Path, given: dict, outputs: Outputs) -> int:
     if not table.is_file():
         raise FileNotFoundError(f"{table} is no file; give the path of a table of ring readings (CSV with a header)")
     outputs.check((table,))
-    return outputs.write(orders.rings(table, **given), _picture)
-
-
-def _picture(result: RingsResult) -> bytes:
-    from fitting.tables import rings_figure
-
-    return as_png(rings_figure(result))
+    return outputs.write(orders.rings(table, **given))

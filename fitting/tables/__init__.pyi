@@ -1,6 +1,5 @@
 """The verb `rings`: radii from tables of ring readings."""
 
 from fitting.tables import orders as orders
-from fitting.tables.figure import rings_figure as rings_figure
 from fitting.tables.orders import rings as rings
 from fitting.tables.result import RingsResult as RingsResult

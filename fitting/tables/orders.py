@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy import optimize, stats
 
-from fitting.parameters import check_deviation, check_quantity, number
+from fitting.parameters import check_deviation, check_quantity, number, says_its_origin
 from fitting.tables.line import Line, ring_line, straight_line
 from fitting.tables.result import Ring, RingsResult
 from fitting.tables.table import Readings, readings
@@ -18,6 +18,7 @@ _OFFSET = 0.3
 _STEEP = 0.2
 
 
+@says_its_origin
 def rings(
     table: str | Path | Mapping[str, Any],
     *,

@@ -1,20 +1,15 @@
 """What a table of rings returns: numbers with their standard deviations, the readings with their flags, a report."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
+
+from fitting.parameters import AbstractResult, Origin, origin_from
+from fitting.tables.ring import Ring
 
 
-@dataclass(frozen=True)
-class Ring:
-    """One reading: radius and residual [m], or [px] without a scale; `flag` says what is wrong with it, or is ""."""
-
-    order: float
-    radius: float
-    residual: float
-    flag: str
-
-
-@dataclass(frozen=True)
-class RingsResult:
+@dataclass(frozen=True, repr=False, eq=False)
+class RingsResult(AbstractResult):
     """The outcome of `fitting.rings`. Lengths in metres; `None` is what the readings do not give.
 
     - `status`: "ok", "no-scale" (radii in pixels without a pixel size) or "refused"; `message`: the reason.
@@ -43,9 +38,10 @@ class RingsResult:
     rings: list[Ring] = field(default_factory=list)
     unit: str = "m"
     seconds: float = 0.0
+    origin: Origin | None = None
 
-    def as_dict(self) -> dict:
-        """The JSON object of the shell: units in the keys, null for what is not known."""
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON object of the shell: units in the keys, null for what is not determined."""
         unit = self.unit
         return {
             "status": self.status,
@@ -68,7 +64,57 @@ class RingsResult:
                 for r in self.rings
             ],
             "seconds": self.seconds,
+            "kind": "RingsResult",
+            "origin": self.origin and self.origin._asdict(),
         }
+
+    @classmethod
+    def from_dict(cls, saved: Mapping[str, Any]) -> "RingsResult":
+        """The result that `to_dict` was called of."""
+        unit = "m" if "slope_m2" in saved else "px"
+        interval = saved["radius_interval_m"]
+        return cls(
+            saved["status"],
+            saved["message"],
+            radius=saved["radius_m"],
+            radius_sd=saved["radius_sd_m"],
+            radius_interval=interval and (interval[0], interval[1]),
+            radius_sd_noise=saved["radius_sd_noise_m"],
+            fringe_scale_per_px2=saved["fringe_scale_per_px2"],
+            slope=saved[f"slope_{unit}2"],
+            slope_sd=saved[f"slope_sd_{unit}2"],
+            order_offset=saved["order_offset"],
+            order_offset_sd=saved["order_offset_sd"],
+            gap=saved["gap_m"],
+            budget=[(row["source"], row["sd_m"]) for row in saved["budget"]],
+            warnings=list(saved["warnings"]),
+            model=dict(saved["model"]),
+            rings=[
+                Ring(row["order"], row[f"radius_{unit}"], row[f"residual_{unit}"], row["flag"])
+                for row in saved["rings"]
+            ],
+            unit=unit,
+            seconds=saved["seconds"],
+            origin=origin_from(saved),
+        )
+
+    def figure(self, ax=None) -> Any:
+        """r² against order with the fitted line, and the residuals; the reason where there is no line.
+
+        With `ax` the line alone is drawn into these axes. Raises ValueError with `ax` for a result without a line.
+        """
+        from fitting.tables import figure
+
+        if not self.rings or self.slope is None:
+            if ax is not None:
+                raise ValueError(f"there is no line to draw: {self.status}: {self.message}")
+            return figure.of_words(f"{self.status}: {self.message}")
+        if ax is not None:
+            figure.draw_line(self.rings, self.unit, ax)
+            return ax.figure
+        sd = "" if self.radius_sd is None else f" ± {self.radius_sd:.2g}"
+        title = "" if self.radius is None else f"radius {self.radius:.6g}{sd} m"
+        return figure.of_rings(self.rings, self.unit, title)
 
     def report(self) -> str:
         """The result as text: the answer, its budget, the readings and what is wrong with them."""

@@ -82,7 +82,7 @@ def test_index_of_a_liquid_is_measured_when_named_free():
     result = fitting.fit(image, radius=0.3, free=("index",), **GIVEN)
     index = result.parameters["index"]
     assert abs(index.value - 1.333) < 4 * index.sd
-    assert result.as_dict()["index"] == index.value
+    assert result.to_dict()["index"] == index.value
 
 
 def test_standard_deviations_of_scale_and_wavelength_enter_the_budget(fitted):
@@ -247,7 +247,7 @@ def test_with_the_bench_as_the_model_a_distant_screen_costs_nothing(view, screen
 
 
 def test_report_and_json_say_the_same(fitted):
-    found = fitted.as_dict()
+    found = fitted.to_dict()
     assert found["radius_m"] == fitted.radius
     assert f"{fitted.radius:.8g}" in fitted.report()
     assert {"status", "message", "radius_m", "radius_sd_m", "radius_interval_m", "radius_sd_noise_m"} <= set(found)
@@ -256,11 +256,11 @@ def test_report_and_json_say_the_same(fitted):
 
 
 def test_picture_of_a_fit_has_its_four_views_and_unwraps_to_straight_lines(fitted):
-    figure = fitting.result_figure(fitted)
+    figure = fitted.figure()
     assert len([axes for axes in figure.axes if axes.get_title()]) == 4
     from fitting.photograph.figure import unwrap
 
-    data, model, _, _ = unwrap(fitted)
+    data, model, _, _ = unwrap(fitted.picture, fitted.centre_px)
     both = np.isfinite(data) & np.isfinite(model)
     assert np.corrcoef(data[both], model[both])[0, 1] > 0.98
 

@@ -245,7 +245,7 @@ def test_a_path_that_is_no_file_is_refused():
 
 
 def test_a_row_becomes_a_plain_dictionary():
-    row = next(fitting.fit_stack([rings()], **GIVEN)).as_dict()
+    row = next(fitting.fit_stack([rings()], **GIVEN)).to_dict()
     assert (row["index"], row["status"], row["searched"]) == (0, "ok", True)
     assert row["parameters"]["radius"]["value"] == row["radius"]
 

@@ -193,9 +193,7 @@ def test_a_chain_holds_the_numbers_of_the_parts():
 
 
 def test_report_and_pictures_of_a_chain(chain):
-    from fitting.sampling import corner_figure, trace_figure
-
     assert "effective draws" in chain.report()
-    assert chain.as_dict()["parameters"]["radius"]["interval"][0] == chain.interval("radius")[0]
-    assert len(corner_figure(chain).axes) == len(chain.names) ** 2
-    assert len(trace_figure(chain).axes) == len(chain.names)
+    assert chain.to_dict()["parameters"]["radius"]["interval"][0] == chain.interval("radius")[0]
+    assert len(chain.figure().axes) == len(chain.names) ** 2
+    assert len(chain.trace_figure().axes) == len(chain.names)

@@ -15,7 +15,7 @@ from shell import refusal
 
 import fitting
 import newtonjax as nj
-from fitting.shell import fit_verb, progress, session
+from fitting.shell import progress, session
 from fitting.shell.cli import main
 
 KEYS = [
@@ -120,7 +120,8 @@ def an_answer(status="ok", **changes):
         budget=[],
         model={},
         evidence=None,
-        as_dict=lambda: answer,
+        to_dict=lambda: answer,
+        figure=lambda: Figure(figsize=(1, 1)),
         report=lambda: f"radius {answer['radius_m']}",
     )
 
@@ -135,7 +136,6 @@ def fitted(monkeypatch, tmp_path):
         return answer[0]
 
     monkeypatch.setattr(fitting, "fit", fit, raising=False)
-    monkeypatch.setattr(fit_verb, "_picture", lambda _: b"picture")
     photo = tmp_path / "photo.png"
     photo.write_bytes(b"")
     return SimpleNamespace(calls=calls, answer=answer, photo=str(photo))
@@ -249,12 +249,6 @@ def test_without_a_terminal_there_is_no_progress_line(monkeypatch, capsys):
     with progress.progress("working"):
         pass
     assert capsys.readouterr() == ("", "")
-
-
-def test_the_picture_is_a_png(monkeypatch):
-    plot = SimpleNamespace(result_figure=lambda _: Figure(figsize=(1, 1)))
-    monkeypatch.setitem(sys.modules, "fitting.photograph.figure", plot)
-    assert fit_verb._picture(None).startswith(b"\x89PNG")
 
 
 def test_preparing_twice_is_harmless():

@@ -230,7 +230,7 @@ def test_any_table_of_numbers_gives_an_answer_or_a_reason(readings):
     except ValueError:
         return
     assert result.status in ("ok", "refused")
-    json.dumps(result.as_dict())
+    json.dumps(result.to_dict())
     assert result.report()
 
 

@@ -1,0 +1,186 @@
+"""What every verb returns: the same words for status, report, files, pictures and comparison."""
+
+import abc
+import base64
+import functools
+import hashlib
+import html
+import inspect
+import io
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, NamedTuple, ParamSpec, TypeVar, cast
+
+import numpy as np
+
+from fitting.report import output
+
+# What two results may differ in and still say the same.
+_OF_THE_RUN = ("seconds", "origin")
+# Two-sided 95 % of a normal distribution.
+_COVERAGE = 1.959963984540054
+
+
+Result = TypeVar("Result", bound="AbstractResult")
+Arguments = ParamSpec("Arguments")
+
+
+class Origin(NamedTuple):
+    """What a result was made from.
+
+    - `file`: its name, None for an array; `sha256`: of the file's bytes, or of the array's.
+    - `given`: the arguments that were given, by name; what JSON cannot hold is named by its type.
+    - `version`: of newtonjax; `date`: of the call, ISO 8601 with its offset from UTC.
+    """
+
+    file: str | None
+    sha256: str
+    given: dict[str, Any]
+    version: str
+    date: str
+
+
+def says_its_origin(verb: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    """A verb whose result says what it was made from: its first argument, and the others that were given."""
+    first = next(iter(inspect.signature(verb).parameters))
+
+    @functools.wraps(verb)
+    def with_origin(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+        source = args[0] if args else kwargs.get(first)
+        origin = _origin_of(source, {name: value for name, value in kwargs.items() if name != first})
+        return replace(verb(*args, **kwargs), origin=origin)  # pyright: ignore[reportArgumentType]  # a dataclass
+
+    return with_origin
+
+
+def _origin_of(source: Any, given: Mapping[str, Any]) -> Origin:
+    file = Path(source) if isinstance(source, str | Path) else None
+    # What is not there, or cannot be read, the verb itself refuses.
+    data = (file.read_bytes() if file.is_file() else b"") if file else _bytes_of(source)
+    return Origin(
+        file.name if file else None,
+        hashlib.sha256(data).hexdigest(),
+        {name: _as_json(value) for name, value in given.items() if value is not None},
+        version("newtonjax"),
+        datetime.now(UTC).isoformat(timespec="seconds"),
+    )
+
+
+def _bytes_of(source: Any) -> bytes:
+    if isinstance(source, Mapping):
+        return repr({str(key): np.asarray(column, dtype=object).tolist() for key, column in source.items()}).encode()
+    array = np.asarray(source)
+    return f"{array.dtype} {array.shape} ".encode() + np.ascontiguousarray(array).tobytes()
+
+
+def _as_json(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _as_json(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_as_json(item) for item in value]
+    if isinstance(value, str | bool | int | float | None):
+        return value
+    if np.ndim(value) == 0 and hasattr(value, "item"):
+        return value.item()
+    return str(value) if isinstance(value, Path) else type(value).__name__
+
+
+class AbstractResult(abc.ABC):
+    """What a verb of `fitting` returns.
+
+    - `status`: "ok" where there is an answer; `message`: the reason where there is none; `warnings`: what to look at.
+    - `str(result)` is the report, `repr(result)` its first lines; in a notebook the picture stands beside it.
+    - Results are equal where they say the same, whenever they were made. They can be pickled.
+    """
+
+    status: str
+    message: str
+    warnings: list[str]
+    origin: Origin | None
+
+    @abc.abstractmethod
+    def report(self) -> str:
+        """The result as text."""
+
+    @abc.abstractmethod
+    def to_dict(self) -> dict[str, Any]:
+        """The result for JSON: units in the keys, None for what is not determined; its `kind`, and its `origin`."""
+
+    @classmethod
+    @abc.abstractmethod
+    def from_dict(cls, saved: Mapping[str, Any]) -> "AbstractResult":
+        """The result that `to_dict` was called of. Raises KeyError, TypeError or ValueError for another dictionary."""
+
+    def figure(self, ax=None) -> Any:
+        """The result as a matplotlib figure; drawn into the axes `ax` where they are given.
+
+        Raises ValueError for a result that has no picture.
+        """
+        del ax
+        raise ValueError(f"a {type(self).__name__} has no picture; print its report()")
+
+    def save(self, path: str | Path, *, force: bool = False) -> None:
+        """Write the result as JSON, from which `load` makes it again; pixels are not in it.
+
+        Raises FileExistsError for a file that is there already, unless `force`.
+        """
+        output.write(Path(path), output.json_text(self.to_dict()), force)
+
+    @classmethod
+    def load(cls: type[Result], path: str | Path) -> Result:
+        """The result in a file that `save` or the shell wrote.
+
+        Raises FileNotFoundError, and ValueError for a file that does not hold such a result.
+        """
+        path = Path(path)
+        if not path.is_file():
+            raise FileNotFoundError(f"{path} is not a file; give a result that was saved")
+        try:
+            saved = json.loads(path.read_text(encoding="utf-8"))
+            if saved.get("kind", cls.__name__) != cls.__name__:
+                raise ValueError(f"it is a {saved['kind']}")
+            return cast("Result", cls.from_dict(saved))
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise ValueError(f"{path} does not hold a saved {cls.__name__}: {error!r}") from error
+
+    def __str__(self) -> str:
+        return self.report()
+
+    def __repr__(self) -> str:
+        first = self.report().splitlines()[:4]
+        return "\n".join([f"<{type(self).__name__}>", *first])
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return self._says() == cast("AbstractResult", other)._says()
+
+    def _says(self) -> str:
+        return output.json_text({key: value for key, value in self.to_dict().items() if key not in _OF_THE_RUN})
+
+    __hash__ = None  # pyright: ignore[reportAssignmentType]  # what can be compared by value and holds lists has none
+
+    def _repr_html_(self) -> str:
+        text = f"<pre>{html.escape(self.report())}</pre>"
+        try:
+            figure = self.figure()
+        except ValueError:
+            return text
+        file = io.BytesIO()
+        figure.savefig(file, format="png", dpi=80)
+        return text + f'<img src="data:image/png;base64,{base64.b64encode(file.getvalue()).decode()}">'
+
+
+def origin_from(saved: Mapping[str, Any]) -> Origin | None:
+    """The origin in a saved result, None where it has none."""
+    return Origin(**saved["origin"]) if saved.get("origin") else None
+
+
+def interval(value: float, sd: float) -> tuple[float, float]:
+    """95 %, normal in the logarithm: a length cannot be negative, and s²/(k λ) is a product."""
+    factor = float(np.exp(_COVERAGE * sd / value))
+    return value / factor, value * factor
