@@ -28,7 +28,9 @@ RADII = np.array([1.0, 1.5, 2.0, 2.5])
 
 
 def image(radius, method):
-    return nj.render(nj.newton_rings(radius, 550e-9, 1e-7, screen=5e-3, light_tilt=(1e-3, 0.0)), CAMERA, method)
+    return nj.render(
+        nj.newton_rings(radius, 550e-9, 1e-7, screen=5e-3, light_tilt=(1e-3, 0.0), view="transmitted"), CAMERA, method
+    )
 
 
 def loss(radius, method):

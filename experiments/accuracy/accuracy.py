@@ -116,7 +116,7 @@ def main(quick: bool) -> None:
     nodes = (9,) if quick else NODES
     fixed = {}
     for view in ("transmitted", "reflected"):
-        scene = nj.newton_rings(2.0, 500e-9, view=view)
+        scene = nj.newton_rings(2.0, 500e-9, view=view, screen=1e-3)
         fixed[view] = measure(scene, nj.Camera((pixels, pixels), 5e-6), nodes)
         for row in fixed[view]:
             print(view, "  ".join(f"{key} {value:.3g}" for key, value in row.items()))

@@ -365,12 +365,12 @@ def rows() -> list[Row]:
 
 # What no bench can have.
 REFUSED = {
-    ("radius", "0"): lambda: nj.newton_rings(0.0),
-    ("wavelength", "0"): lambda: nj.newton_rings(wavelength=0.0),
-    ("gap", "infinite"): lambda: nj.newton_rings(gap=np.inf),
-    ("index", "0"): lambda: nj.newton_rings(lens_index=0.0),
-    ("thickness", "0"): lambda: nj.newton_rings(lens_thickness=0.0),
-    ("incidence", "not a number"): lambda: nj.newton_rings(light_tilt=(0.0, np.nan)),
+    ("radius", "0"): lambda: nj.newton_rings(0.0, view="transmitted", screen=1e-3),
+    ("wavelength", "0"): lambda: nj.newton_rings(wavelength=0.0, view="transmitted", screen=1e-3),
+    ("gap", "infinite"): lambda: nj.newton_rings(gap=np.inf, view="transmitted", screen=1e-3),
+    ("index", "0"): lambda: nj.newton_rings(lens_index=0.0, view="transmitted", screen=1e-3),
+    ("thickness", "0"): lambda: nj.newton_rings(lens_thickness=0.0, view="transmitted", screen=1e-3),
+    ("incidence", "not a number"): lambda: nj.newton_rings(light_tilt=(0.0, np.nan), view="transmitted", screen=1e-3),
     ("image", "no pixel"): lambda: nj.Camera((0, 5), 1e-6),
     ("image", "pixels of no size"): lambda: nj.Camera((5, 5), 0.0),
 }

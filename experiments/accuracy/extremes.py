@@ -378,7 +378,11 @@ def traced_in_single() -> dict:
     line = {"quantity": "precision", "value": "rays in a float32 program", "view": "any", "method": "refused"}
     try:
         with jax.enable_x64(False):
-            jax.jit(lambda r: nj.render(nj.newton_rings(r), nj.Camera((3, 3), 1e-4), nj.Traced()))(2.0)
+            jax.jit(
+                lambda r: nj.render(
+                    nj.newton_rings(r, view="transmitted", screen=1e-3), nj.Camera((3, 3), 1e-4), nj.Traced()
+                )
+            )(2.0)
     except RuntimeError as refusal:
         return line | {"verdict": "refused", "why": one_line(refusal)}
     return line | {"method": "taken", "verdict": "dishonest", "why": "taken as it stands"}

@@ -27,7 +27,7 @@ PIXEL = 8.5e-6
 
 def scene(third: str | None) -> nj.Scene:
     """R = 2 m, 500 nm, a screen 1 mm over the lens."""
-    return nj.newton_rings(2.0, 500e-9, view="reflected", beams=["R1", "R2", *([third] if third else [])])
+    return nj.newton_rings(2.0, 500e-9, view="reflected", beams=["R1", "R2", *([third] if third else [])], screen=1e-3)
 
 
 def main() -> None:
@@ -70,6 +70,7 @@ def over_thickness(third: str | None, camera: nj.Camera) -> list[float]:
             beams=scene(third).beams,
             lens_thickness=5e-3 + more,
             plate_thickness=5e-3 + more,
+            screen=1e-3,
         )
         found.append(contrast(np.asarray(nj.render(bench, camera, nj.Chebyshev()))))
     return [min(found), max(found)]

@@ -27,8 +27,8 @@ SHARED = Path(os.environ.get("NEWTONJAX_SHARED", "../shared")) / "photos" / "sur
 
 def benches(size: int) -> dict[str, tuple[nj.Scene, nj.Camera]]:
     """Title: scene and camera, each over 5 mm of the gap."""
-    bare = nj.newton_rings(2.0, 500e-9)
-    full = nj.newton_rings(2.0, 500e-9, screen=1.0, collecting_lens=0.1, shield=2e-3)
+    bare = nj.newton_rings(2.0, 500e-9, view="transmitted", screen=1e-3)
+    full = nj.newton_rings(2.0, 500e-9, screen=1.0, collecting_lens=0.1, shield=2e-3, view="transmitted")
     # The lens enlarges by b / a: as many times larger are the pixels on the screen.
     lens = full.collecting_lens.vertex[2]
     enlarged = (lens - full.screen.vertex[2]) / (-5e-3 / 1.5 * 0.5 - lens)

@@ -37,7 +37,7 @@ def dark_rings(row: np.ndarray, count: int) -> np.ndarray:
 def main() -> None:
     """Read the rings, fit the image, and write table and figure."""
     options = records.arguments(__doc__, "a smaller image to fit, nothing written")
-    scene = nj.newton_rings(RADIUS, WAVELENGTH)
+    scene = nj.newton_rings(RADIUS, WAVELENGTH, view="transmitted", screen=1e-3)
     camera = nj.Camera((SIZE, SIZE), PIXEL)
     image = np.asarray(nj.render(scene, camera, nj.Chebyshev(17)))
     between = dark_rings(image[SIZE // 2, SIZE // 2 :], 6)
@@ -59,7 +59,7 @@ def main() -> None:
     )  # fmt: skip
     part = image[: 301 if options.quick else SIZE, : 401 if options.quick else SIZE]
     formula = fitting.fit(part, wavelength=WAVELENGTH, pixel_size=PIXEL, view="transmitted")
-    bench = fitting.fit(part, scene=nj.newton_rings(1.7, WAVELENGTH), pixel_size=PIXEL)
+    bench = fitting.fit(part, scene=nj.newton_rings(1.7, WAVELENGTH, view="transmitted", screen=1e-3), pixel_size=PIXEL)
     table["ours"] |= {
         "line through six rings_m": line.radius,
         "whole image, gap formula_m": formula.radius,

@@ -22,8 +22,8 @@ def rings() -> Figure:
     """Transmitted and reflected rings of a 2 m lens, and an air wedge, at 500 nm."""
     camera = nj.Camera((600, 600), 8.5e-6)
     scenes = {
-        "transmitted, R = 2 m": nj.newton_rings(2.0, 500e-9, view="transmitted"),
-        "reflected, R = 2 m": nj.newton_rings(2.0, 500e-9, view="reflected"),
+        "transmitted, R = 2 m": nj.newton_rings(2.0, 500e-9, view="transmitted", screen=1e-3),
+        "reflected, R = 2 m": nj.newton_rings(2.0, 500e-9, view="reflected", screen=1e-3),
         "air wedge, 0.5 mrad": nj.air_wedge(0.5e-3, 500e-9, gap=2e-6),
     }
     figure = Figure(figsize=(9.6, 3.5), layout="constrained")

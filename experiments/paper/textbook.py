@@ -58,7 +58,7 @@ def bias(view: str, screen: float | str) -> dict:
     scene = nj.newton_rings(RADIUS, WAVELENGTH, view=view, screen=screen)
     image = np.asarray(nj.render(scene, nj.Camera((400, 400), 12e-6), nj.Chebyshev()))
     # Another lens, the same screen: the microscope's plane would move with the lens it looks through.
-    start = replace(nj.newton_rings(0.85 * RADIUS, WAVELENGTH, view=view), screen=scene.screen)
+    start = replace(nj.newton_rings(0.85 * RADIUS, WAVELENGTH, view=view, screen=1e-3), screen=scene.screen)
     line["bench"] = fitting.fit(image, scene=start, pixel_size=12e-6).radius / RADIUS - 1
     return line
 

@@ -135,7 +135,7 @@ def shell(quick: bool) -> dict:
     with tempfile.TemporaryDirectory() as folder:
         verbs = {
             "fit": ("fit", sample, *given),
-            "render": ("render", "reflected", "--output", f"{folder}/rings.png", "--force"),
+            "render": ("render", "reflected", "--screen", "1mm", "--output", f"{folder}/rings.png", "--force"),
         }
         for name, arguments in verbs.items():
             cache = f"{folder}/{name}"

@@ -71,7 +71,9 @@ def contenders(size: int, nodes: dict[str, int]):
     from newtonjax.fields import image
 
     camera = nj.Camera((size, size), PIXEL)
-    scenes = {view: nj.newton_rings(RADIUS, WAVELENGTH, view=view) for view in ("transmitted", "reflected")}
+    scenes = {
+        view: nj.newton_rings(RADIUS, WAVELENGTH, view=view, screen=1e-3) for view in ("transmitted", "reflected")
+    }
     focused = nj.newton_rings(RADIUS, WAVELENGTH, view="reflected", screen="gap")
     picture = jnp.asarray(np.random.default_rng(0).random((size, size)))
     radians = 2 * jnp.pi * nj.opd(scenes["transmitted"], camera, nj.Chebyshev(9)) / WAVELENGTH
@@ -84,7 +86,9 @@ def contenders(size: int, nodes: dict[str, int]):
     at_nodes = jax.jit(lambda scene, camera: chosen.fields(scene, camera))
 
     def of_parameters(theta):
-        return chosen.image(nj.newton_rings(theta[0], WAVELENGTH * theta[2], 1e-6 * theta[1]), camera)
+        return chosen.image(
+            nj.newton_rings(theta[0], WAVELENGTH * theta[2], 1e-6 * theta[1], view="transmitted", screen=1e-3), camera
+        )
 
     theta = jnp.array([RADIUS, 0.3, 1.0])
     one, jacobian = jax.jit(of_parameters), jax.jit(jax.jacfwd(of_parameters))
@@ -115,7 +119,7 @@ def coefficients(size: int, counts) -> dict:
     """Coefficients of the fields of the transmitted image, by numbers of nodes."""
     import newtonjax as nj
 
-    scene, camera = nj.newton_rings(RADIUS, WAVELENGTH), nj.Camera((size, size), PIXEL)
+    scene, camera = nj.newton_rings(RADIUS, WAVELENGTH, view="transmitted", screen=1e-3), nj.Camera((size, size), PIXEL)
     return {count: nj.Chebyshev(count).picture(scene, camera).coefficients for count in counts}
 
 
@@ -145,7 +149,9 @@ def take_turns(functions: dict, rounds: int) -> dict[str, dict[str, float]]:
 def planned_nodes(size: int, view: str) -> int:
     import newtonjax as nj
 
-    return nj.plan(nj.newton_rings(RADIUS, WAVELENGTH, view=view), nj.Camera((size, size), PIXEL)).method.nodes
+    return nj.plan(
+        nj.newton_rings(RADIUS, WAVELENGTH, view=view, screen=1e-3), nj.Camera((size, size), PIXEL)
+    ).method.nodes
 
 
 def child_main(size: int, rounds: int) -> dict:
@@ -177,7 +183,7 @@ def child_memory(size: int, rounds: int) -> dict:  # noqa: ARG001 (one signature
 
     import newtonjax as nj
 
-    method, scene = nj.Chebyshev(9), nj.newton_rings(RADIUS, WAVELENGTH)
+    method, scene = nj.Chebyshev(9), nj.newton_rings(RADIUS, WAVELENGTH, view="transmitted", screen=1e-3)
 
     def peak():
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024

@@ -30,7 +30,9 @@ PIECES = ("image", "misfit", "misfit and cotangent", "sums", "parts")
 
 
 def bench() -> nj.Scene:
-    return nj.newton_rings(2.0, 500e-9, 0.0, screen=1e-3, lens_tilt=(1e-4, 0.0), light_tilt=(1e-4, 0.0))
+    return nj.newton_rings(
+        2.0, 500e-9, 0.0, screen=1e-3, lens_tilt=(1e-4, 0.0), light_tilt=(1e-4, 0.0), view="transmitted"
+    )
 
 
 def ratios(nodes: int, camera: nj.Camera, rounds: int) -> dict[str, float]:

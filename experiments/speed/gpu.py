@@ -43,7 +43,7 @@ def best(function, turns: int) -> float:
 
 def images(sizes: tuple[int, ...], turns: int) -> list[dict]:
     """Planned images of some sizes against a copy on the device."""
-    scene, rows = nj.newton_rings(1.0, 589.3e-9, gap=1e-6, view="reflected"), []
+    scene, rows = nj.newton_rings(1.0, 589.3e-9, gap=1e-6, view="reflected", screen=1e-3), []
     copied = jax.jit(lambda x: x + 1.0)
     for size in sizes:
         camera = nj.Camera((size, size), 5e-3 / size)

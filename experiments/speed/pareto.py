@@ -54,7 +54,7 @@ class Case(NamedTuple):
     formula: str = ""
 
 
-NEAR = {"radius": 2.0, "view": "transmitted"}
+NEAR = {"radius": 2.0, "view": "transmitted", "screen": 1e-3}
 CASES = {
     "transmitted, screen at 1 mm": Case(NEAR, splat=True),
     "reflected, screen at 1 mm": Case(NEAR | {"view": "reflected"}, splat=True),
@@ -63,7 +63,9 @@ CASES = {
     "transmitted, focused, 5 beams": Case(NEAR | {"screen": "gap", "beams": GAP_BEAMS}, formula="tmm"),
     "R = 20 mm, r/R up to 0.14": Case(NEAR | {"radius": 0.02}, 8e-6),
     "plate tilted by 5 mrad": Case(NEAR | {"gap": 15e-6, "plate_tilt": (5e-3, 0.0)}),
-    "air wedge of 1 mrad": Case({"radius": np.inf, "view": "reflected", "gap": 3e-6, "lens_tilt": (0.0, -1e-3)}),
+    "air wedge of 1 mrad": Case(
+        {**NEAR, "radius": np.inf, "view": "reflected", "gap": 3e-6, "lens_tilt": (0.0, -1e-3)}
+    ),
 }
 
 

@@ -15,7 +15,7 @@ import jax
 import newtonjax as nj
 from experiments import records
 
-RINGS = partial(nj.newton_rings, 2.0, 550e-9, 0.3e-6, "reflected", polarization=0.0)
+RINGS = partial(nj.newton_rings, 2.0, 550e-9, 0.3e-6, "reflected", screen=1e-3, polarization=0.0)
 BARE = {"screen": "gap"}
 THIRD = {"beams": ["R1", "R2", "R3"]}
 # What is put in, and into what.

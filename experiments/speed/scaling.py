@@ -21,7 +21,7 @@ import numpy as np
 import newtonjax as nj
 from experiments import records
 
-SCENE = nj.newton_rings(2.0, 500e-9, 1e-6)
+SCENE = nj.newton_rings(2.0, 500e-9, 1e-6, view="transmitted", screen=1e-3)
 FIELD = 5e-3
 BEAMS = (2, 3, 4, 6, 8)
 NAMES = ("radius", "wavelength", "gap", "screen", "lens_index", "plate_index", "lens_thickness", "plate_thickness")
@@ -45,11 +45,11 @@ def of_image(scene, camera, method):
 
 def bench(numbers):
     given = dict(zip(NAMES, numbers, strict=False))
-    return nj.newton_rings(**{**dict(zip(NAMES, POINT, strict=True)), **given})
+    return nj.newton_rings(view="transmitted", **{**dict(zip(NAMES, POINT, strict=True)), **given})
 
 
 def _by_radius(radius):
-    return nj.newton_rings(radius, 500e-9, 1e-6)
+    return nj.newton_rings(radius, 500e-9, 1e-6, view="transmitted", screen=1e-3)
 
 
 def of_sweep(count: int, size: int):
@@ -68,7 +68,7 @@ def of_equations(count: int, size: int):
 def axes(quick: bool) -> dict:
     """By axis and way: the values, and what makes (a call, its lowered form) of one."""
     size = 128 if quick else 1024
-    beams = {n: nj.choose_beams(nj.newton_rings(2.0, 500e-9, 1e-6, "reflected"), number=n) for n in BEAMS}
+    beams = {n: nj.choose_beams(nj.newton_rings(2.0, 500e-9, 1e-6, "reflected", screen=1e-3), number=n) for n in BEAMS}
     found = {
         ("pixels", "Chebyshev(9)"): (
             (128, 256, 512) if quick else (256, 512, 1024, 2048, 4096),

@@ -52,9 +52,17 @@ def with_bench_options(verb: Callable[..., int]) -> Callable[..., int]:
 
 def _parameter(argument: Argument) -> inspect.Parameter:
     what = argument.help + _ALSO.get(argument.kind, "")
-    read = option(_reader(argument), _METAVARS[argument.kind], what, argument.shown)
+    read = option(_reader(argument), _METAVARS[argument.kind], what, _shown(argument.name))
     kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
     return inspect.Parameter(argument.name, kind, default=None, annotation=Annotated[Any, read])
+
+
+def _shown(name: str) -> str:
+    """The default of an option; of each scene, where these differ."""
+    shown = {item.shown: item.benches for item in ARGUMENTS if item.name == name}
+    first, *others = shown
+    scenes = {bench: scene for scene, bench in SCENES.items()}
+    return "; ".join([first, *(f"{scenes[shown[other][0]]}: {other}" for other in others)])
 
 
 def _reader(argument: Argument) -> Callable[[str], Any]:

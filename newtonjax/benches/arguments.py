@@ -36,8 +36,6 @@ _ANGLES = "two finite angles in radians, about x and about y"
 _INDEX = "a positive refractive index"
 _SCREEN = "a distance in metres, or 'gap'"
 _THICKNESS = "a positive thickness in metres"
-_VIEW = "'transmitted' or 'reflected'"
-_VIEW_HELP = "The side that the light is seen on: transmitted or reflected."
 _SCREEN_HELP = "Distance of the screen behind the glass, or gap: a microscope focused on the gap."
 
 # In the order of the Python signatures.
@@ -50,9 +48,10 @@ ARGUMENTS = (
              "a positive length in metres", "positive"),
     Argument("gap", "length", 0.0, "0nm", "Gap at the apex, or on the wedge's axis; 0 is contact.",
              "a finite height in metres", "finite"),
-    Argument("view", "view", "transmitted", "transmitted", _VIEW_HELP, _VIEW, "view", _RINGS),
-    Argument("view", "view", "reflected", "reflected", _VIEW_HELP, _VIEW, "view", _WEDGE),
-    Argument("screen", "screen", 1e-3, "1mm", _SCREEN_HELP, _SCREEN, "screen"),
+    Argument("view", "view", "reflected", "reflected", "The side that the light is seen on: transmitted or reflected.",
+             "'transmitted' or 'reflected'", "view"),
+    Argument("screen", "screen", "gap", "gap", _SCREEN_HELP, _SCREEN, "screen", _RINGS),
+    Argument("screen", "screen", 1e-3, "1mm", _SCREEN_HELP, _SCREEN, "screen", _WEDGE),
     Argument("lens_index", "index", 1.5, "1.5", "Refractive index of the lens, or of the upper plate of a wedge.",
              _INDEX, "positive"),
     Argument("plate_index", "index", 1.5, "1.5", "Refractive index of the plate, the lower one of a wedge.",

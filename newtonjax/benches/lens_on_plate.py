@@ -30,9 +30,9 @@ def newton_rings(
     radius: Scalar = 1.0,
     wavelength: Scalar = 589.3e-9,
     gap: Scalar = 0.0,
-    view: str = "transmitted",
+    view: str = "reflected",
     *,
-    screen: Scalar | str = 1e-3,
+    screen: Scalar | str = "gap",
     lens_index: Scalar = 1.5,
     plate_index: Scalar = 1.5,
     gap_index: Scalar = 1.0,
@@ -57,8 +57,8 @@ def newton_rings(
       radius: of the convex face [m]; infinite for a plane, negative for a concave face.
       wavelength: in vacuum [m].
       gap: height of the apex [m]; 0 is contact, negative an approach beyond it.
-      view: "transmitted" (direct beam and the one reflected twice in the gap) or "reflected" (reflections at the convex
-        face and at the plate's upper face); `beams` (words, or names as in `choose_beams`) replaces the pair.
+      view: "reflected" (reflections at the convex face and at the plate's upper face) or "transmitted" (direct beam and
+        the one reflected twice in the gap); `beams` (words, or names as in `choose_beams`) replaces the pair.
       screen: distance [m] of a plane below the plate ("transmitted") or above the lens ("reflected"), or "gap": a
         microscope focused on the plate's upper face, i.e. the plane of that face's paraxial image through the glass.
       lens_index, plate_index, gap_index, ambient_index: refractive indices.

@@ -74,7 +74,8 @@ def test_an_option_reads_the_default_that_its_help_shows(argument):
         return
     bench, _ = options_of([option_name(argument.name), argument.shown])
     (value,) = bench.values()
-    assert getattr(value, "given", value) == pytest.approx(argument.default, rel=1e-12)
+    expected = "gap" if argument.default == "gap" else pytest.approx(argument.default, rel=1e-12)
+    assert getattr(value, "given", value) == expected
 
 
 def test_options_are_what_was_given_in_si():
@@ -86,6 +87,16 @@ def test_options_are_what_was_given_in_si():
     assert "give two angles" in options_of(["--lens-tilt", "1mrad"])
     assert "is no number" in options_of(["--ambient-index", "wet"])
     assert "above zero" in options_of(["--plate-thickness", "0mm"])
+
+
+def test_help_shows_both_defaults_of_a_screen():
+    assert re.search(r"\(gap;\s+wedge: 1mm\)", options_of(["--help"]).replace("│", " "))
+
+
+def test_the_defaults_are_those_of_a_microscope():
+    scene = nj.newton_rings()
+    assert scene.view == nj.air_wedge().view == "reflected"
+    assert scene.screen.vertex[2] == nj.newton_rings(1.0, 589.3e-9, 0.0, "reflected", screen="gap").screen.vertex[2]
 
 
 def test_the_table_comes_without_jax():

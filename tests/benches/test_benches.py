@@ -24,7 +24,7 @@ def by_hand():
 
 
 def test_a_scene_built_by_hand_from_surfaces_equals_the_preset():
-    preset = nj.newton_rings(2.0, 500e-9, 2e-6)
+    preset = nj.newton_rings(2.0, 500e-9, 2e-6, view="transmitted", screen=1e-3)
     assert jax.tree.structure(preset) == jax.tree.structure(by_hand())
     for one, other in zip(jax.tree.leaves(preset), jax.tree.leaves(by_hand()), strict=True):
         np.testing.assert_array_equal(one, other)
@@ -32,7 +32,7 @@ def test_a_scene_built_by_hand_from_surfaces_equals_the_preset():
 
 def test_a_microscope_on_the_gap_focuses_where_the_glass_shows_it():
     """Through a plate of thickness d a point is seen at d / n from the plate's far face."""
-    through_plate = nj.newton_rings(2.0, screen="gap", plate_thickness=6e-3, plate_index=1.6)
+    through_plate = nj.newton_rings(2.0, screen="gap", plate_thickness=6e-3, plate_index=1.6, view="transmitted")
     assert abs(through_plate.screen.vertex[2] - (-6e-3 + 6e-3 / 1.6)) < 1e-18
     through_lens = nj.newton_rings(2.0, screen="gap", view="reflected", lens_thickness=4e-3)
     assert abs(through_lens.screen.vertex[2] - (4e-3 - 4e-3 / 1.5)) < 1e-18
@@ -73,8 +73,10 @@ def test_stacks_of_the_wrong_size_are_refused_with_the_counts():
 
 
 def test_benches_take_traced_numbers_and_batch():
-    batch = jax.vmap(lambda r: nj.newton_rings(r, gap=1e-7 * r, lens_tilt=(1e-3 * r, 0.0)))(np.array([1.0, 2.0]))
+    batch = jax.vmap(
+        lambda r: nj.newton_rings(r, gap=1e-7 * r, lens_tilt=(1e-3 * r, 0.0), view="transmitted", screen=1e-3)
+    )(np.array([1.0, 2.0]))
     np.testing.assert_array_equal(batch.surfaces[1].curvature, [1.0, 0.5])
-    single = nj.newton_rings(2.0, gap=2e-7, lens_tilt=(2e-3, 0.0))
+    single = nj.newton_rings(2.0, gap=2e-7, lens_tilt=(2e-3, 0.0), view="transmitted", screen=1e-3)
     for one, many in zip(jax.tree.leaves(single), jax.tree.leaves(batch), strict=True):
         np.testing.assert_allclose(np.asarray(many)[1] if np.ndim(many) > np.ndim(one) else many, one, rtol=1e-15)

@@ -137,8 +137,8 @@ def test_a_missing_file_is_named(tmp_path):
 
 def test_an_existing_file_is_not_overwritten(tmp_path):
     path = tmp_path / "scene.toml"
-    nj.save_scene(path, nj.newton_rings())
+    nj.save_scene(path, nj.newton_rings(view="transmitted", screen=1e-3))
     before = path.read_text()
     with pytest.raises(FileExistsError):
-        nj.save_scene(path, nj.newton_rings(2.0))
+        nj.save_scene(path, nj.newton_rings(2.0, view="transmitted", screen=1e-3))
     assert path.read_text() == before

@@ -32,9 +32,9 @@ def test_faces_of_one_plate_meet_at_infinity():
 
 def test_rings_are_localized_where_their_rays_cross():
     """Reflected: slopes 2 n r/R and 2 (n - 1) r/R, from the same r on the face: they meet in the gap's image."""
-    assert nj.meeting_height(nj.newton_rings(2.0, view="reflected"), "R1", "R2", (1e-4, 0.0)) == pytest.approx(
-        5e-3 - 5e-3 / 1.5, rel=1e-3
-    )
+    assert nj.meeting_height(
+        nj.newton_rings(2.0, view="reflected", screen=1e-3), "R1", "R2", (1e-4, 0.0)
+    ) == pytest.approx(5e-3 - 5e-3 / 1.5, rel=1e-3)
 
 
 def test_what_cannot_meet_is_refused():
@@ -43,4 +43,4 @@ def test_what_cannot_meet_is_refused():
     with pytest.raises(ValueError, match="both sides"):
         nj.meeting_height(nj.air_wedge(), "R0", "direct")
     with pytest.raises(ValueError, match="do not both leave"):
-        nj.meeting_height(nj.newton_rings(1e-3), "R1", "R2", (2e-3, 0.0))
+        nj.meeting_height(nj.newton_rings(1e-3, view="transmitted", screen=1e-3), "R1", "R2", (2e-3, 0.0))

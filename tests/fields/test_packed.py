@@ -21,16 +21,16 @@ def lit(scene, **light):
     return dataclasses.replace(scene, light=dataclasses.replace(scene.light, **light))
 
 
-RINGS = nj.newton_rings(0.7, 500e-9, 1e-6, "reflected", lens_tilt=(2e-3, -1e-3), light_tilt=(0.02, 0.01))
+RINGS = nj.newton_rings(0.7, 500e-9, 1e-6, "reflected", lens_tilt=(2e-3, -1e-3), light_tilt=(0.02, 0.01), screen=1e-3)
 SCENES = {
-    "one beam": nj.newton_rings(0.7, beams=["R1"], view="reflected"),
+    "one beam": nj.newton_rings(0.7, beams=["R1"], view="reflected", screen=1e-3),
     "reflected, tilted": RINGS,
     "linear": lit(RINGS, polarization=0.4),
     "elliptical, partial": lit(RINGS, polarization=0.4, ellipticity=0.2, degree=0.6),
-    "collecting lens, shield": nj.newton_rings(0.5, collecting_lens=0.05, screen=0.5, shield=2e-5),
+    "collecting lens, shield": nj.newton_rings(0.5, collecting_lens=0.05, screen=0.5, shield=2e-5, view="transmitted"),
     "wedge, three beams": nj.air_wedge(1e-3, gap=2e-6, view="transmitted", beams=["direct", "R2-R1", "R3-R2"]),
     "four beams, twelve interactions": nj.newton_rings(
-        0.2, beams=["R1", "R2", "R2-R1-R2", "R2-R1-R2-R1-R2"], view="reflected", plate_tilt=(1e-3, 0.0)
+        0.2, beams=["R1", "R2", "R2-R1-R2", "R2-R1-R2-R1-R2"], view="reflected", plate_tilt=(1e-3, 0.0), screen=1e-3
     ),
 }
 
@@ -82,7 +82,7 @@ def test_a_bench_packs_under_a_transformation_and_keeps_its_derivative():
     """The phase's derivative in the gap, through the packed arrays: two over the wavelength, on the axis."""
 
     def phase(gap):
-        bench = packed.pack(nj.newton_rings(0.7, 500e-9, gap, "reflected"))
+        bench = packed.pack(nj.newton_rings(0.7, 500e-9, gap, "reflected", screen=1e-3))
         return packed.node_fields(bench, arrive_all(bench.routes, bench.setting, jnp.zeros((1, 2)))).phase[0, 0]
 
     assert float(jax.jit(jax.grad(phase))(1e-6)) == pytest.approx(2 / 500e-9, rel=1e-12)

@@ -18,7 +18,9 @@ NODES = nj.Chebyshev(9)
 
 
 def bench(theta):
-    return nj.newton_rings(theta[0], 500e-9 * theta[2], 1e-6 * theta[1], screen=theta[3], beams=None)
+    return nj.newton_rings(
+        theta[0], 500e-9 * theta[2], 1e-6 * theta[1], screen=theta[3], beams=None, view="transmitted"
+    )
 
 
 def three_beams(theta):

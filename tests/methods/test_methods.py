@@ -39,7 +39,7 @@ def traced_polar(scene, points):
 @pytest.mark.parametrize("view", VIEWS)
 def test_nodes_give_the_phase_of_every_pixel_to_1e_9_turns(view, record_property):
     """5 mm field, R = 2 m, 500 nm: sampled at 2000 of 1024 x 1024 pixels, corners included."""
-    scene = nj.newton_rings(2.0, WAVELENGTH, view=view)
+    scene = nj.newton_rings(2.0, WAVELENGTH, view=view, screen=1e-3)
     at, points = pixels(FIELD)
     both = np.concatenate([node_points(FIELD, 17), points])
     background, (modulus,), (phase,) = traced_polar(scene, both)
@@ -121,7 +121,7 @@ def test_reported_error_bounds_the_real_one_on_random_benches(view):
 
 def test_error_is_infinite_where_a_beam_misses_a_node():
     """Total reflection: a ray that leaves the glass of a strong lens near its edge passes no further."""
-    scene = nj.newton_rings(5e-3, WAVELENGTH, lens_index=1.9, screen="gap")
+    scene = nj.newton_rings(5e-3, WAVELENGTH, lens_index=1.9, screen="gap", view="transmitted")
     wide, narrow = nj.Camera(SMALL, 200e-6), nj.Camera(SMALL, 10e-6)
     estimate = eqx.filter_jit(lambda camera: nj.Chebyshev(5).error(scene, camera), compiler_options=QUICKLY)
     assert np.isinf(estimate(wide).phase)
@@ -173,16 +173,16 @@ def test_closed_form_of_a_wedge_grows_by_twice_the_tangent():
     np.testing.assert_allclose(path, 2 * (1e-6 + np.tan(2e-3) * 1e-4 * np.arange(-2, 3)) * np.ones((2, 1)), rtol=1e-14)
 
 
-FOCUSED = nj.newton_rings(1.0, WAVELENGTH, screen="gap")
+FOCUSED = nj.newton_rings(1.0, WAVELENGTH, screen="gap", view="transmitted")
 REFUSALS = {
-    "beams 'T0 T1 T2 T3'": nj.newton_rings(1.0, WAVELENGTH, screen="gap", beams=["T0 T1 T2 T3"]),
+    "beams 'T0 T1 T2 T3'": nj.newton_rings(1.0, WAVELENGTH, screen="gap", beams=["T0 T1 T2 T3"], view="transmitted"),
     "beams .*T0 R1 R0 T1": nj.newton_rings(
-        1.0, WAVELENGTH, screen="gap", beams=["T0 T1 T2 T3", "T0 R1 R0 T1 R2 R1 T2 T3"]
+        1.0, WAVELENGTH, screen="gap", beams=["T0 T1 T2 T3", "T0 R1 R0 T1 R2 R1 T2 T3"], view="transmitted"
     ),
-    r"light\.tilt": nj.newton_rings(1.0, WAVELENGTH, screen="gap", light_tilt=(0.0, 1e-3)),
-    r"surfaces\[1\]\.tilt": nj.newton_rings(1.0, WAVELENGTH, screen="gap", lens_tilt=(1e-3, 0.0)),
+    r"light\.tilt": nj.newton_rings(1.0, WAVELENGTH, screen="gap", light_tilt=(0.0, 1e-3), view="transmitted"),
+    r"surfaces\[1\]\.tilt": nj.newton_rings(1.0, WAVELENGTH, screen="gap", lens_tilt=(1e-3, 0.0), view="transmitted"),
     r"screen\.tilt": dataclasses.replace(FOCUSED, screen=dataclasses.replace(FOCUSED.screen, tilt=(1e-3, 0.0))),
-    "screen at z = -0.006 m": nj.newton_rings(1.0, WAVELENGTH),
+    "screen at z = -0.006 m": nj.newton_rings(1.0, WAVELENGTH, view="transmitted", screen=1e-3),
 }
 
 

@@ -63,14 +63,14 @@ def test_more_than_there_is_is_refused_with_both_sizes(monkeypatch):
 
 
 def scene():
-    return nj.newton_rings(2.0, 500e-9, 1e-6)
+    return nj.newton_rings(2.0, 500e-9, 1e-6, view="transmitted", screen=1e-3)
 
 
 VERBS = {
     "render": lambda: nj.render(scene(), HUGE),
     "Chebyshev": lambda: nj.render(scene(), HUGE, nj.Chebyshev(5)),
     "float32": lambda: nj.render(scene(), HUGE, nj.Chebyshev(5, "float32")),
-    "ClosedForm": lambda: nj.render(nj.newton_rings(2.0, screen="gap"), HUGE, nj.ClosedForm()),
+    "ClosedForm": lambda: nj.render(nj.newton_rings(2.0, screen="gap", view="transmitted"), HUGE, nj.ClosedForm()),
     "Traced": lambda: nj.render(scene(), HUGE, nj.Traced()),
     "Splat": lambda: nj.render(scene(), HUGE, nj.Splat()),
     "splat": lambda: nj.splat(scene(), HUGE),
@@ -78,7 +78,9 @@ VERBS = {
     "sweep": lambda: nj.sweep(nj.newton_rings, {"radius": [1.0, 2.0]}, HUGE),
     "sweep, reduced": lambda: nj.sweep(nj.newton_rings, {"radius": [1.0, 2.0]}, HUGE, reduce=jnp.mean),
     "blocks": lambda: nj.blocks(scene(), HUGE, nj.Chebyshev(5)),
-    "normal_equations": lambda: nj.normal_equations(lambda p: nj.newton_rings(p[0]), np.array([2.0]), HUGE),
+    "normal_equations": lambda: nj.normal_equations(
+        lambda p: nj.newton_rings(p[0], view="transmitted", screen=1e-3), np.array([2.0]), HUGE
+    ),
     "expose": lambda: HUGE.expose(np.broadcast_to(0.5, HUGE.shape), jax.random.key(0)),
 }
 

@@ -107,7 +107,9 @@ def test_many_beams_of_a_thin_wedge_follow_tmm_at_the_local_thickness():
 
 def test_many_beams_of_a_thick_four_face_stack_are_the_plates_of_tmm():
     """Lens and plate turned plane: with the words of up to 5 reflections, against the stack of films."""
-    scene = nj.newton_rings(np.inf, WAVELENGTH, gap=1.3e-6, lens_thickness=11e-6, plate_thickness=17e-6, screen=0.0)
+    scene = nj.newton_rings(
+        np.inf, WAVELENGTH, gap=1.3e-6, lens_thickness=11e-6, plate_thickness=17e-6, screen=0.0, view="transmitted"
+    )
     scene = dataclasses.replace(scene, beams=words(4, 8, "transmitted"))
     peer = tmm.coh_tmm("s", [1, 1.5, 1, 1.5, 1], [np.inf, 11e-6, 1.3e-6, 17e-6, np.inf], 0, WAVELENGTH)["T"]
     image = nj.render(scene, nj.Camera((1, 2), 1e-6), method=nj.Traced())

@@ -24,7 +24,7 @@ def benches():
         yield scene, nj.Camera(SHAPE, 2 * half / SHAPE[0])
     # A camera that looks past the edge of total reflection, and a tiny field on the first bright ring, where
     # the closed form is exact enough.
-    yield nj.newton_rings(5e-3, WAVELENGTH, view="reflected", lens_index=1.9), nj.Camera(SHAPE, 250e-6)
+    yield nj.newton_rings(5e-3, WAVELENGTH, view="reflected", lens_index=1.9, screen=1e-3), nj.Camera(SHAPE, 250e-6)
     yield nj.newton_rings(20.0, WAVELENGTH, view="reflected", screen="gap"), nj.Camera(SHAPE, 1e-6, (-2411.0, 15.5))
     yield nj.air_wedge(1e-4, WAVELENGTH, 3e-6, "reflected", screen="gap"), nj.Camera(SHAPE, 50e-6)
 
@@ -65,7 +65,7 @@ def test_plans_differ_with_the_bench_and_with_the_tolerance(plans):
 
 def test_weak_beams_are_dropped_and_counted_in_the_error():
     weak = "T0 T1 R2 R1 R2 R1 R2 R1 R2 R1 R2 T1 T0"
-    scene = nj.newton_rings(1.0, WAVELENGTH, view="reflected")
+    scene = nj.newton_rings(1.0, WAVELENGTH, view="reflected", screen=1e-3)
     scene, camera = dataclasses.replace(scene, beams=(*scene.beams, weak)), nj.Camera(SHAPE, 20e-6)
     plan = nj.plan(scene, camera, 1e-3)
     assert plan.dropped == (weak,)
@@ -85,4 +85,8 @@ def test_a_tolerance_that_promises_nothing_is_refused(tolerance):
 
 def test_planning_under_a_transformation_is_refused_with_what_to_do():
     with pytest.raises(ValueError, match="call it outside of jit, grad and vmap"):
-        jax.jit(lambda radius: nj.plan(nj.newton_rings(radius), nj.Camera(SHAPE, 1e-5)).phase_error)(1.0)
+        jax.jit(
+            lambda radius: (
+                nj.plan(nj.newton_rings(radius, view="transmitted", screen=1e-3), nj.Camera(SHAPE, 1e-5)).phase_error
+            )
+        )(1.0)

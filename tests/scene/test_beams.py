@@ -81,7 +81,7 @@ def test_tables_rest_where_a_word_is_shorter():
 
 
 def test_beams_are_chosen_by_number_energy_or_name():
-    scene = nj.newton_rings()
+    scene = nj.newton_rings(view="transmitted", screen=1e-3)
     assert nj.choose_beams(scene, number=1).beams == ("T0 T1 T2 T3",)
     assert nj.choose_beams(scene, names=("direct", "R2-R1")).beams == scene.beams
     assert nj.choose_beams(scene, energy=1e-3).beams == tuple(
@@ -100,7 +100,7 @@ def test_beams_are_chosen_by_number_energy_or_name():
 )
 def test_a_choice_that_cannot_be_made_is_refused_with_the_reason(choice, message):
     with pytest.raises(ValueError, match=message):
-        nj.choose_beams(nj.newton_rings(), **choice)
+        nj.choose_beams(nj.newton_rings(view="transmitted", screen=1e-3), **choice)
 
 
 @pytest.mark.parametrize(
@@ -113,4 +113,4 @@ def test_a_choice_that_cannot_be_made_is_refused_with_the_reason(choice, message
 )
 def test_a_scene_refuses_beams_that_cannot_meet(beams, message):
     with pytest.raises(ValueError, match=message):
-        nj.newton_rings(beams=beams)
+        nj.newton_rings(beams=beams, view="transmitted", screen=1e-3)

@@ -58,13 +58,19 @@ KEYS = [
         (("render", "reflected", "--output", "a.png", "--radius", "0m"), "non-zero radius"),
         (("render", "reflected", "--output", "a.png", "--shape", "1024"), "ROWSxCOLUMNS"),
         (("render", "reflected", "--output", "a.png", "--tolerance", "0"), "tolerance is 0.0"),
-        (("render", "reflected", "--output", "a.png", "--method", "closed-form"), "focused on the gap"),
+        (
+            ("render", "reflected", "--output", "a.png", "--screen", "1mm", "--method", "closed-form"),
+            "focused on the gap",
+        ),
         (("render", "reflected", "--output", "a.png", "--method", "traced", "--nodes", "5"), "--nodes"),
         (("render", "reflected", "--output", "a.png", "--method", "traced", "--epsilon", "5um"), "--epsilon"),
         (("render", "reflected", "--output", "a.png", "--beams", "R1,R7"), "beam 'R7' is unknown"),
         (("render", "reflected", "--output", "a.png", "--beams", "R1,"), "beam '' is unknown"),
         (("render", "reflected", "--output", "a.png", "--beams", "R1", "--method", "splat"), "a scene of one beam"),
-        (("render", "reflected", "--output", "a.png", "--collecting-lens", "1m"), "a quarter of the way"),
+        (
+            ("render", "reflected", "--output", "a.png", "--screen", "1mm", "--collecting-lens", "1m"),
+            "a quarter of the way",
+        ),
         (("render", "transmitted", "--output", "a.png", "--beams", "R1,R2"), "leave on the other side"),
         (
             ("render", "reflected", "--output", "a.png", "--method", "splat", "--tolerance", "1e-3"),
@@ -158,7 +164,7 @@ def test_quantities_reach_the_fit_in_si(fitted):
 
 def test_a_scene_file_gives_what_was_not_given(fitted, tmp_path, capsys):
     scene = tmp_path / "scene.toml"
-    bench = nj.newton_rings(2.0, 500e-9, ambient_index=1.00027)
+    bench = nj.newton_rings(2.0, 500e-9, ambient_index=1.00027, view="transmitted", screen=1e-3)
     nj.save_scene(scene, bench, nj.Camera((48, 64), 5e-6))
     assert main(["fit", fitted.photo, "--scene", str(scene)]) == 0
     assert main(["fit", fitted.photo, "--scene", str(scene), "--wavelength", "sodium-d2"]) == 0

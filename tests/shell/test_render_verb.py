@@ -24,9 +24,9 @@ def decoded(path):
 @pytest.mark.parametrize(("bits", "step"), [(16, 0.5 / 65535), (8, 0.6 * 2.4 / 255)])
 def test_a_rendered_file_reads_back_as_linear_light(capsys, tmp_path, bits, step):
     path = tmp_path / "rings.png"
-    options = f"--radius 2m --wavelength 500nm --shape 48x64 --nodes 5 --bits {bits} --output {path}"
+    options = f"--radius 2m --wavelength 500nm --screen 1mm --shape 48x64 --nodes 5 --bits {bits} --output {path}"
     assert main(["render", "transmitted", *options.split()]) == 0
-    scene = nj.newton_rings(2.0, 500e-9)
+    scene = nj.newton_rings(2.0, 500e-9, view="transmitted", screen=1e-3)
     truth = np.asarray(nj.render(scene, nj.Camera((48, 64), 5e-6), nj.Chebyshev(5)))
     assert np.abs(decoded(path) - truth / truth.max()).max() <= step * 1.001
     said = capsys.readouterr().out
@@ -36,7 +36,7 @@ def test_a_rendered_file_reads_back_as_linear_light(capsys, tmp_path, bits, step
 
 
 def test_a_tiff_is_written_block_by_block_with_the_same_values(capsys, tmp_path, monkeypatch):
-    options = ["--radius", "2m", "--shape", "48x64", "--nodes", "5", "--expose"]
+    options = ["--radius", "2m", "--screen", "1mm", "--shape", "48x64", "--nodes", "5", "--expose"]
     monkeypatch.setattr("newtonjax.verbs.row_blocks._PIXELS", 64 * 10)  # five blocks, the last of eight rows
     assert main(["render", "transmitted", *options, "--output", str(tmp_path / "rings.tif")]) == 0
     assert main(["render", "transmitted", *options, "--output", str(tmp_path / "rings.png")]) == 0
@@ -50,7 +50,7 @@ def test_a_tiff_is_written_block_by_block_with_the_same_values(capsys, tmp_path,
 
 def test_an_exposure_is_a_photograph_that_a_seed_repeats(capsys, tmp_path):
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
-        options = f"--expose --seed {seed} --shape 48x64 --nodes 5 --output {tmp_path / name}.png"
+        options = f"--expose --screen 1mm --seed {seed} --shape 48x64 --nodes 5 --output {tmp_path / name}.png"
         assert main(["render", "transmitted", *options.split()]) == 0
     a, b, c = (imageio.imread(tmp_path / f"{name}.png") for name in "abc")
     assert np.array_equal(a, b)
@@ -60,9 +60,9 @@ def test_an_exposure_is_a_photograph_that_a_seed_repeats(capsys, tmp_path):
 
 def test_a_scene_file_renders_as_its_preset_and_keeps_its_camera(capsys, tmp_path):
     scene, path = tmp_path / "scene.toml", tmp_path / "rings.png"
-    nj.save_scene(scene, nj.newton_rings(2.0, 500e-9), nj.Camera((48, 64), 5e-6))
+    nj.save_scene(scene, nj.newton_rings(2.0, 500e-9, view="transmitted", screen=1e-3), nj.Camera((48, 64), 5e-6))
     assert main(["render", str(scene), "--nodes", "5", "--output", str(path)]) == 0
-    options = f"--radius 2m --wavelength 500nm --shape 48x64 --nodes 5 --output {tmp_path / 'preset.png'}"
+    options = f"--radius 2m --wavelength 500nm --screen 1mm --shape 48x64 --nodes 5 --output {tmp_path / 'preset.png'}"
     assert main(["render", "transmitted", *options.split()]) == 0
     assert path.read_bytes() == (tmp_path / "preset.png").read_bytes()
     assert "is what the command reads" in refusal(capsys, "render", scene, "-o", png_named(scene))
@@ -76,7 +76,7 @@ def png_named(scene):
 
 
 def test_a_method_that_misses_the_tolerance_is_refused(capsys, tmp_path):
-    options = f"--nodes 3 --tolerance 1e-9 --shape 48x64 --output {tmp_path / 'a.png'}"
+    options = f"--nodes 3 --screen 1mm --tolerance 1e-9 --shape 48x64 --output {tmp_path / 'a.png'}"
     assert "is over --tolerance" in refusal(capsys, "render", "transmitted", *options.split())
 
 
@@ -111,7 +111,7 @@ def test_the_bench_of_the_options_is_that_of_the_call(capsys, tmp_path):
     assert main(["render", "transmitted", *options.split(), *more.split(), "--output", str(path)]) == 0
     scene = nj.newton_rings(
         2.0, 500e-9, screen=1.0, collecting_lens=0.1, shield=0.2e-3, polarization=np.pi / 6,
-        beams=["direct", "R2-R1", "R3-R2"],
+        beams=["direct", "R2-R1", "R3-R2"], view="transmitted",
     )  # fmt: skip
     truth = np.asarray(nj.render(scene, nj.Camera((48, 64), 100e-6)))
     assert 0 < np.mean(truth == 0) < 1

@@ -22,7 +22,7 @@ STEPS = {"radius": 1e-6, "gap": 1e-5, "centre_x": 1e-3, "centre_y": 1e-3, "expos
 
 def bench(**more):
     numbers = {"gap": 0.3e-6, "screen": 3e-3, "light_tilt": (1e-3, 2e-4), **more}
-    return nj.newton_rings(2.0, 550e-9, view="reflected", **numbers)
+    return nj.newton_rings(2.0, 550e-9, view="reflected", **{"screen": 1e-3, **numbers})
 
 
 def by_differences(scene, camera, names):
@@ -76,7 +76,7 @@ def test_the_plate_turns_as_a_whole(axis):
 
 def test_the_bound_of_a_bright_even_image_is_the_closed_form():
     """The mean of n pixels of variance σ² is known to σ / sqrt n; saturated pixels tell nothing."""
-    even = nj.newton_rings(np.inf, 550e-9, 0.1e-6, screen="gap")
+    even = nj.newton_rings(np.inf, 550e-9, 0.1e-6, screen="gap", view="transmitted")
     level = float(nj.render(even, CAMERA)[0, 0])
     found = information(even, CAMERA, ("exposure",))
     mean, code = 8000 * level, 20_000 / 1023
@@ -179,7 +179,7 @@ def test_refusals_of_what_has_no_information():
     with pytest.raises(ValueError, match="zero or more"):
         found.given(gap=-1.0)
     with pytest.raises(ValueError, match="follows the beams"):
-        information(nj.newton_rings(1.0, beams=["T0 T1 T2 T3"]), CAMERA)
+        information(nj.newton_rings(1.0, beams=["T0 T1 T2 T3"], view="transmitted", screen=1e-3), CAMERA)
 
 
 def told_by_codes(mean: float, read: float, code: float) -> float:

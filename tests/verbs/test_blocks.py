@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import textwrap
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -11,11 +12,12 @@ import pytest
 
 import newtonjax as nj
 
+PAPER = partial(nj.newton_rings, view="transmitted", screen=1e-3)
 CAMERA = nj.Camera((61, 40), 60e-6, centre_px=(12.5, 70.25))
 
 
 def rings(**more):
-    return nj.newton_rings(2.0, 500e-9, 1e-6, light_tilt=(1e-3, 0.0), **more)
+    return PAPER(2.0, 500e-9, 1e-6, light_tilt=(1e-3, 0.0), **more)
 
 
 def whole(made):
@@ -40,7 +42,7 @@ def test_blocks_are_the_rows_of_the_image(method, rows):
 
 
 def test_blocks_plan_as_render_does_and_keep_the_closed_form():
-    focused = nj.newton_rings(2.0, 500e-9, 1e-6, screen="gap")
+    focused = nj.newton_rings(2.0, 500e-9, 1e-6, screen="gap", view="transmitted")
     made = nj.blocks(focused, CAMERA, rows=20)
     assert made.method == nj.ClosedForm()
     np.testing.assert_allclose(whole(made), nj.render(focused, CAMERA, nj.ClosedForm()), atol=1e-12)
@@ -84,10 +86,12 @@ def test_an_image_of_268_million_pixels_takes_no_more_memory_than_its_blocks():
 
 def test_a_sweep_is_one_image_after_the_other():
     radii, gaps = np.array([0.5, 1.0, 2.0, -3.0, np.inf]), np.linspace(0, 1e-6, 5)
-    made = nj.sweep(nj.newton_rings, {"radius": radii, "gap": gaps, "wavelength": 550e-9}, CAMERA, batch=2)
+    made = nj.sweep(PAPER, {"radius": radii, "gap": gaps, "wavelength": 550e-9}, CAMERA, batch=2)
     assert made.shape == (5, *CAMERA.shape)
     for image, radius, gap in zip(made, radii, gaps, strict=True):
-        truth = nj.render(nj.newton_rings(radius, 550e-9, gap), CAMERA, nj.Chebyshev(17))
+        truth = nj.render(
+            nj.newton_rings(radius, 550e-9, gap, view="transmitted", screen=1e-3), CAMERA, nj.Chebyshev(17)
+        )
         np.testing.assert_allclose(image, truth, atol=1e-3 * float(truth.max()))
 
 
@@ -104,7 +108,7 @@ def test_a_sweep_keeps_what_is_made_of_an_image():
 
 
 def _bench(wavelength):
-    return nj.newton_rings(2.0, wavelength)
+    return nj.newton_rings(2.0, wavelength, view="transmitted", screen=1e-3)
 
 
 def test_a_sweep_takes_the_memory_of_a_batch():
@@ -130,7 +134,7 @@ def test_a_sweep_takes_the_memory_of_a_batch():
 )
 def test_a_sweep_refuses_with_a_line(values, message):
     with pytest.raises(ValueError, match=message.replace("{", r"\{").replace("}", r"\}")):
-        nj.sweep(nj.newton_rings, values, CAMERA)
+        nj.sweep(PAPER, values, CAMERA)
 
 
 def test_a_sweep_looks_at_every_scene():
@@ -139,19 +143,19 @@ def test_a_sweep_looks_at_every_scene():
     radii[101] = 0.0
     for method in (None, nj.Chebyshev(5)):
         with pytest.raises(ValueError, match=r"scene 101 \(radius = 0\): radius is 0.0"):
-            nj.sweep(nj.newton_rings, {"radius": radii}, CAMERA, method, reduce=jnp.mean)
+            nj.sweep(PAPER, {"radius": radii}, CAMERA, method, reduce=jnp.mean)
 
 
 def test_a_sweep_names_the_scene_whose_beams_do_not_arrive():
     values = {"radius": np.array([2.0, 2.0, 1e-3])}
     with pytest.raises(ValueError, match=r"scene 2 \(radius = 0.001\): Chebyshev cannot honour"):
-        nj.sweep(nj.newton_rings, values, CAMERA, nj.Chebyshev(5))
+        nj.sweep(PAPER, values, CAMERA, nj.Chebyshev(5))
 
 
 @pytest.mark.parametrize("method", [nj.Traced(), nj.ClosedForm()])
 def test_a_sweep_without_nodes_is_one_image_after_the_other_too(method):
     def bench(radius):
-        return nj.newton_rings(radius, screen="gap")
+        return nj.newton_rings(radius, screen="gap", view="transmitted")
 
     radii = np.array([0.5, 1.0, 2.0])
     images = np.stack([nj.render(bench(radius), CAMERA, method) for radius in radii])

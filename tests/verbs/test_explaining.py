@@ -74,7 +74,7 @@ def test_the_page_names_method_cost_and_parts(reflected):
 
 
 def test_fewer_pixels_than_nodes_are_traced():
-    scene = nj.newton_rings()
+    scene = nj.newton_rings(view="transmitted", screen=1e-3)
     assert isinstance(nj.plan(scene, nj.Camera((2, 2), 5e-6)).method, nj.Traced)
     assert isinstance(nj.plan(scene, nj.Camera((300, 300), 5e-6)).method, nj.Chebyshev)
 
@@ -86,23 +86,28 @@ def test_what_a_scene_does_without_costs_nothing():
         lowered = jax.jit(lambda s, c: nj.Chebyshev(9).image(s, c)).lower(scene, CAMERA)
         return lowered.compile().cost_analysis()["flops"]
 
-    bare = nj.newton_rings(polarization=0.0)
+    bare = nj.newton_rings(polarization=0.0, view="transmitted", screen=1e-3)
     assert count(bare) < count(replace(bare, beams=(*bare.beams, "T0 T1 R2 R1 R2 R1 T2 T3")))
-    assert count(bare) < count(nj.newton_rings(polarization=0.0, shield=2e-3))
+    assert count(bare) < count(nj.newton_rings(polarization=0.0, shield=2e-3, view="transmitted", screen=1e-3))
     focused = nj.newton_rings(view="reflected", screen="gap")
     closed = jax.jit(lambda s, c: nj.ClosedForm().image(s, c)).lower(focused, CAMERA).compile().cost_analysis()["flops"]
     assert closed < count(focused)
 
 
 def test_cost_grows_with_what_is_there():
-    scene, large = nj.newton_rings(), nj.Camera((1024, 1024), 5e-6)
+    scene, large = nj.newton_rings(view="transmitted", screen=1e-3), nj.Camera((1024, 1024), 5e-6)
     assert nj.ClosedForm().passes(scene, large) < nj.Chebyshev(9).passes(scene, large)
     assert nj.Chebyshev(9).passes(scene, large) < nj.Chebyshev(17).passes(scene, large)
     assert nj.Chebyshev(17).passes(scene, large) < nj.Traced().passes(scene, large) / 100
 
 
 def test_the_verb_prints_the_page(tmp_path, capsys):
-    assert main(["render", "transmitted", "--output", str(tmp_path / "a.png"), "--shape", "64x64", "--explain"]) == 0
+    assert (
+        main(
+            ["render", "transmitted", "--screen", "1mm", "-o", str(tmp_path / "a.png"), "--shape", "64x64", "--explain"]
+        )
+        == 0
+    )
     said = capsys.readouterr().out
     assert "not in the image" in said
     assert "predicted" in said
@@ -111,4 +116,4 @@ def test_the_verb_prints_the_page(tmp_path, capsys):
 @pytest.mark.parametrize("tolerance", [0.0, -1.0, np.inf])
 def test_tolerances_that_are_none_are_refused(tolerance):
     with pytest.raises(ValueError, match="allowed: a positive number"):
-        nj.explain(nj.newton_rings(), CAMERA, tolerance)
+        nj.explain(nj.newton_rings(view="transmitted", screen=1e-3), CAMERA, tolerance)

@@ -16,7 +16,7 @@ CAMERA = nj.Camera((12, 16), 60e-6)
 
 
 def rings(radius=2.0, **more):
-    return nj.newton_rings(radius, WAVELENGTH, 1e-6, **more)
+    return nj.newton_rings(radius, WAVELENGTH, 1e-6, **{"view": "transmitted", "screen": 1e-3, **more})
 
 
 WITHOUT_X64 = """
@@ -101,7 +101,14 @@ def test_rays_that_miss_leave_darkness_and_no_nan():
     """A strong lens reflects totally at its convex face beyond the radius R sin(critical angle) = R / n."""
     radius, n, pixel = 5e-3, 1.9, 0.2e-3
     scene = nj.newton_rings(
-        radius, WAVELENGTH, 1e-6, lens_index=n, screen=0.0, plate_thickness=1e-6, beams=["T0 T1 T2 T3"]
+        radius,
+        WAVELENGTH,
+        1e-6,
+        lens_index=n,
+        screen=0.0,
+        plate_thickness=1e-6,
+        beams=["T0 T1 T2 T3"],
+        view="transmitted",
     )
     image = np.asarray(nj.render(scene, nj.Camera((1, 81), pixel), method=nj.Traced()))[0]
     assert np.isfinite(image).all()
@@ -122,7 +129,7 @@ def test_a_single_beam_has_the_irradiance_of_fresnel_and_the_lens_formula_on_the
 
 def test_nodes_refuse_a_lens_that_ends_inside_the_image():
     """R = 1 mm seen over 2.6 mm: no ray of the direct beam lands near the rim."""
-    scene, camera = nj.newton_rings(1e-3, 500e-9, screen=1e-4), nj.Camera((64, 64), 40e-6)
+    scene, camera = nj.newton_rings(1e-3, 500e-9, screen=1e-4, view="transmitted"), nj.Camera((64, 64), 40e-6)
     for verb in (nj.render, nj.opd):
         with pytest.raises(ValueError, match="does not reach the whole image"):
             verb(scene, camera, nj.Chebyshev())
