@@ -66,9 +66,9 @@ class Design:
             lines.append(f"{name:<14} {value:>12.6g} {self.before[name]:>12.6g} {self.units[name]}".rstrip())
         rows, columns = self.camera.shape
         lines.append(f"camera: {rows} x {columns} pixels of {float(self.camera.pixel_size) * 1e6:.4g} um on the screen")
-        for one in self.bindings:
-            what = f"{one.name} is at its limit" if one.side == "limit" else f"{one.name} is at its {one.side} bound"
-            lines.append(f"binds: {what}; 1 % more room lowers the sd by {one.gain:.2g} %")
+        for binding in self.bindings:
+            side = "limit" if binding.side == "limit" else f"{binding.side} bound"
+            lines.append(f"binds: {binding.name} is at its {side}; 1 % more room lowers the sd by {binding.gain:.2g} %")
         return "\n".join([*lines, *([] if self.bindings else ["nothing binds: the best lies inside"])])
 
 
@@ -137,20 +137,20 @@ def _best(job: Job, limits: Limits, robust: str, starts: int, seed: int, report:
     ended: list[tuple[float, np.ndarray, tuple]] = []
     for number, (point, choice) in enumerate(runs):
         report(number / (len(runs) + 1))
-        if (found := search.run(point, choice)) is not None:
-            ended.append((*found, choice))
+        if (end := search.run(point, choice)) is not None:
+            ended.append((*end, choice))
     evaluations += search.evaluations
     if not ended:
         raise none_found(search, runs)
-    value, place, choice = min(ended, key=lambda one: one[0])
+    value, place, choice = min(ended, key=lambda run: run[0])
     for grid, finer in _GRIDS:
         if grid != _GRIDS[0][0]:  # from where the one before ended
             search = Search(job, job.layout(*grid), bench, robust)
             value, place = search.run(place[:count], choice) or (value, place)
             evaluations += search.evaluations
         design, judge = search.design(place[:count], choice), job.layout(*finer)
-        told = forecast(judge, bench, design, job.over)
-        if np.all(np.abs(told.total - search.look(place[:count], choice)[0]) < _AGREES):
+        outcome = forecast(judge, bench, design, job.over)
+        if np.all(np.abs(outcome.total - search.look(place[:count], choice)[0]) < _AGREES):
             break
     else:
         raise ValueError("the field has too many fringes for a smooth forecast: give a smaller field, or fewer rings")
@@ -165,19 +165,19 @@ def _best(job: Job, limits: Limits, robust: str, starts: int, seed: int, report:
         dict(zip(job.names, design.tolist(), strict=True)),
         {name: knob.unit for name, knob in job.numbers.items()},
         dict(zip(job.names, job.before.tolist(), strict=True)),
-        float(pick(np.exp(told.total))),
-        float(pick(np.exp(told.noise))),
+        float(pick(np.exp(outcome.total))),
+        float(pick(np.exp(outcome.noise))),
         _as_it_was(job, judge, bench, pick),
         scene,
         camera,
         search.bindings(place, choice),
         dict(zip(LIMITS, np.exp(-room).tolist(), strict=True)),
         evaluations,
-        tuple(sorted(float(np.exp(one[0])) for one in ended)),
+        tuple(sorted(float(np.exp(run[0])) for run in ended)),
     )
 
 
 def _as_it_was(job: Job, judge: Layout, bench: Bench, pick) -> float | None:
-    told = forecast(judge, bench, job.before, job.over)
-    within = np.all(told.used <= 1 + BINDS) and np.all(np.isfinite(told.total))
-    return float(pick(np.exp(told.total))) if within else None
+    outcome = forecast(judge, bench, job.before, job.over)
+    within = np.all(outcome.used <= 1 + BINDS) and np.all(np.isfinite(outcome.total))
+    return float(pick(np.exp(outcome.total))) if within else None

@@ -13,23 +13,23 @@ from newtonjax.scene import Camera, Scene, middle
 class Job:
     """What is asked for, checked and by position."""
 
-    def __init__(self, scene, camera, vary, choose, target, free, known, over):
+    def __init__(self, scene, camera, vary, choose, target, free, held_sds, over):
         self.scene, self.camera, self.vary, self.choose, self.target = scene, camera, vary, choose, target
-        found = knobs(scene, camera)
+        every_knob = knobs(scene, camera)
         self.names = (*vary, *choose)
-        may_vary = with_field(camera, found)
+        may_vary = with_field(camera, every_knob)
         if not vary and not choose:
             raise ValueError(f"nothing varies; allowed: {', '.join(may_vary)}")
         if twice := (set(vary) & set(choose)) | ({target} & set(self.names)):
             raise ValueError(f"{sorted(twice)[0]} cannot be varied here: it has another part already")
         self.numbers = chosen(may_vary, self.names)
-        self.free = free_beside(target, free, found)
-        require_held(known, self.free)
-        held = tuple(known)
-        self.moved = chosen(found, (*self.free, *held))
-        given = [deviation(self.moved[name], sd) for name, sd in known.items()]
-        self.relative = tuple(share for share, _ in given)
-        self.deviations = tuple(sd for _, sd in given)
+        self.free = free_beside(target, free, every_knob)
+        require_held(held_sds, self.free)
+        held = tuple(held_sds)
+        self.moved = chosen(every_knob, (*self.free, *held))
+        of_held = [deviation(self.moved[name], sd) for name, sd in held_sds.items()]
+        self.relative = tuple(share for share, _ in of_held)
+        self.deviations = tuple(sd for _, sd in of_held)
         self.held = held
         for name, (low, high) in vary.items():
             if not -np.inf < low < high < np.inf:
@@ -41,22 +41,22 @@ class Job:
                 if knob.positive and not value * knob.value > 0:
                     side = "above" if knob.value > 0 else "below"
                     raise ValueError(f"{knob.name} is to be {value}; allowed: {side} zero")
-        own = self.moved[target].value
+        of_scene = self.moved[target].value
         if over is not None and self.moved[target].move is still:
             raise ValueError(f"over: {target} is of the image alone, and is what it is; leave it out")
-        self.over = np.array([own] if over is None else over, dtype=float)
+        self.over = np.array([of_scene] if over is None else over, dtype=float)
         if self.over.ndim != 1 or not len(self.over) or not np.all(np.isfinite(self.over) & (self.over != 0)):
             raise ValueError(f"over is {over!r}; allowed: values of the {target}, none of them 0")
         self.before = np.array([knob.value for knob in self.numbers.values()])
 
     def bench(self, limits: Limits) -> Bench:
-        moved = list(self.moved.values())
+        moving = list(self.moved.values())
         return Bench(
             self.scene,
             self.camera,
             self.before,
-            np.array([knob.value for knob in moved]),
-            np.array([knob.scale for knob in moved]),
+            np.array([knob.value for knob in moving]),
+            np.array([knob.scale for knob in moving]),
             np.array(self.deviations, dtype=float),
             limits,
         )
@@ -84,7 +84,7 @@ class Job:
         return scene, replace(camera, shape=(rows, columns), centre_px=centre)
 
 
-def with_field(camera: Camera, found: dict[str, Knob]) -> dict[str, Knob]:
+def with_field(camera: Camera, every_knob: dict[str, Knob]) -> dict[str, Knob]:
     """What may vary: the field, which is no number of scene or camera, before those that are.
 
     What is of the image alone cannot be designed.
@@ -92,5 +92,5 @@ def with_field(camera: Camera, found: dict[str, Knob]) -> dict[str, Knob]:
     field = min(camera.shape) * float(camera.pixel_size)
     return {
         FIELD: Knob(ParameterSpec(FIELD, "L", "m", positive=True), field, field, still),
-        **{k: v for k, v in found.items() if v.move is not still},
+        **{k: v for k, v in every_knob.items() if v.move is not still},
     }

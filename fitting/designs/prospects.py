@@ -19,6 +19,8 @@ from newtonjax.scene import Camera, Scene, middle
 
 FIELD = "field"
 LIMITS = ("sensor", "sampling", "full_well", "rings_least", "rings_most")
+# Place of the measured number among the moves.
+_TARGET = 0
 
 
 class Layout(NamedTuple):
@@ -105,26 +107,28 @@ def prospects(
     layout: Layout, bench: Bench, design: Float[np.ndarray, " varied"], targets: Targets
 ) -> tuple[Prospect, Prospect]:
     """`forecast`, and its derivatives by the design, along the last axis."""
-    made = _prospect(layout, bench, jets.variable(design, np.eye(len(design)), 2, 3), targets)
-    slopes = (np.moveaxis(jets.full(number, (1 + len(design),)).parts[1:], 0, -1) for number in made)
-    return Prospect(*(number.value for number in made)), Prospect(*slopes)
+    prospect = _prospect(layout, bench, jets.variable(design, np.eye(len(design)), 2, 3), targets)
+    slopes = (np.moveaxis(jets.full(number, (1 + len(design),)).parts[1:], 0, -1) for number in prospect)
+    return Prospect(*(number.value for number in prospect)), Prospect(*slopes)
 
 
 def _prospect(layout: Layout, bench: Bench, design: Jet, targets: Targets) -> tuple[Jet, Jet, Jet]:
     # Where nothing is told, or no beam arrives, the logarithms are no numbers: the search looks for that.
     with one_blas_thread(), np.errstate(all="ignore"):
         names = [name for name, _ in layout.varied]
-        seen = _see(layout, bench, names, design, targets)
+        outlook = _see(layout, bench, names, design, targets)
         at, weight = np.polynomial.legendre.leggauss(layout.samples)
         onto = chebvander(at, layout.nodes - 1)
-        fields = Jet(onto @ seen.table.parts @ onto.T, 1)
-        matrix = _information(layout, bench.camera, seen, onto, fields, np.outer(weight, weight) / 4)
-        spread, stretch = _spread(layout, bench, names, _of_design(design), seen)
+        fields = Jet(onto @ outlook.table.parts @ onto.T, 1)
+        matrix = _information(layout, bench.camera, outlook, onto, fields, np.outer(weight, weight) / 4)
+        spread, stretch = _spread(layout, bench, names, _of_design(design), outlook)
         noise, total = deviations(matrix, layout.free, spread)
         unit = (
-            (1 / stretch[:, 0]) * (bench.scales[0] / np.abs(np.asarray(targets))) * np.where(seen.reached, 1.0, np.nan)
+            (1 / stretch[:, 0])
+            * (bench.scales[0] / np.abs(np.asarray(targets)))
+            * np.where(outlook.reached, 1.0, np.nan)
         )
-        return jets.log(total * unit), jets.log(noise * unit), _used(bench.limits, bench.camera, seen, fields, onto)
+        return jets.log(total * unit), jets.log(noise * unit), _used(bench.limits, bench.camera, outlook, fields, onto)
 
 
 def _see(layout: Layout, bench: Bench, names: list[str], design: Jet, targets: Targets) -> _Seen:
@@ -138,16 +142,16 @@ def _see(layout: Layout, bench: Bench, names: list[str], design: Jet, targets: T
         at_scene, at_camera = layout.moves[0][1](scene, camera, target - bench.values[0])
         size = at_camera.pixel_size
         field = design[names.index(FIELD)] if FIELD in names else least * size
-        seen = _edge_to_edge(at_camera, field * (1 / least))
-        benches.append(moved(at_scene, seen, layout.moves, still, bench.scales))
-        sizes.append((field, size, seen.pixel_size))
+        edge_camera = _edge_to_edge(at_camera, field * (1 / least))
+        benches.append(moved(at_scene, edge_camera, layout.moves, still, bench.scales))
+        sizes.append((field, size, edge_camera.pixel_size))
     table, reached = tables(benches, layout.nodes, 3)
-    whole = jets.full(table, (1, 1 + count, design.parts.shape[2])).parts[0]
-    changes = np.moveaxis(whole[1:], 0, 2)
+    with_tangents = jets.full(table, (1, 1 + count, design.parts.shape[2])).parts[0]
+    changes = np.moveaxis(with_tangents[1:], 0, 2)
     field, size, pitch = (
         _of_design(jets.stack([jets.asarray(number, float) for number in each])) for each in zip(*sizes, strict=True)
     )
-    return _Seen(Jet(whole[0], 1), Jet(changes, 1), field, size, pitch, reached)
+    return _Seen(Jet(with_tangents[0], 1), Jet(changes, 1), field, size, pitch, reached)
 
 
 def _of_design(number) -> Jet:
@@ -155,7 +159,7 @@ def _of_design(number) -> Jet:
     return Jet(number.parts[0, 0] if isinstance(number, Jet) else np.asarray(number, float)[None], 1)
 
 
-def _information(layout: Layout, camera: Camera, seen: _Seen, onto, fields: Jet, weight) -> Jet:
+def _information(layout: Layout, camera: Camera, outlook: _Seen, onto, fields: Jet, weight) -> Jet:
     """Fisher's information [targets, moves, moves], averaged over shifts of the fringes."""
     background, modulus, phase = (fields[:, k] for k in range(3))
     shift = (np.arange(layout.shifts) / layout.shifts)[:, None, None]
@@ -164,9 +168,9 @@ def _information(layout: Layout, camera: Camera, seen: _Seen, onto, fields: Jet,
     image = background[:, None] + modulus[:, None] * cosine
     code = camera.full_well / (2**camera.bits - 1)
     variance = jets.where(image > 0, image, 0.0) + (camera.read_noise**2 + code**2 / 12)
-    area = seen.field * (1 / (min(camera.shape))) / seen.size
+    area = outlook.field * (1 / (min(camera.shape))) / outlook.size
     pixels = (area * area * (camera.shape[0] * camera.shape[1] / layout.shifts))[:, None, None, None]
-    change = Jet(onto @ seen.changes.parts @ onto.T, 1)[:, :, :, None]
+    change = Jet(onto @ outlook.changes.parts @ onto.T, 1)[:, :, :, None]
     by_phase = modulus[:, None] * sine * (-2 * np.pi)
     tangent = change[:, :, 0] + change[:, :, 1] * cosine[:, None] + change[:, :, 2] * by_phase[:, None]
     weighted = tangent * (pixels * weight / variance)[:, None]
@@ -174,20 +178,20 @@ def _information(layout: Layout, camera: Camera, seen: _Seen, onto, fields: Jet,
     return jets.matmul(weighted, Jet(tangent.parts.swapaxes(-1, -2), 1))
 
 
-def _spread(layout: Layout, bench: Bench, names: list[str], design: Jet, seen: _Seen) -> tuple[Jet, Jet]:
+def _spread(layout: Layout, bench: Bench, names: list[str], design: Jet, outlook: _Seen) -> tuple[Jet, Jet]:
     """Deviations of what is held [targets, held], in steps of the numbers; and by how much each step is larger here.
 
     In the frame seen here a pixel size is so much larger, and as many pixels aside are so many fewer.
     """
-    larger, held = seen.pitch / seen.size, []
-    fewer, one = 1 / larger, larger * 0.0 + 1.0
+    larger, held = outlook.pitch / outlook.size, []
+    fewer, unchanged = 1 / larger, larger * 0.0 + 1.0
     stretches = {"pixel_size": larger, "centre_x": fewer, "centre_y": fewer}
-    stretch = jets.stack([stretches.get(name, one) for name, _ in layout.moves], axis=1)
+    stretch = jets.stack([stretches.get(name, unchanged) for name, _ in layout.moves], axis=1)
     steps = bench.deviations / bench.scales[layout.free :]
     for k, (name, _) in enumerate(layout.moves[layout.free :]):
         value = design[names.index(name)] if name in names else bench.values[layout.free + k]
         held.append(stretch[:, layout.free + k] * (value if layout.relative[k] else 1.0) * steps[k])
-    empty = Jet(np.zeros((1, len(seen.reached), 0)), 1)
+    empty = Jet(np.zeros((1, len(outlook.reached), 0)), 1)
     return jets.stack(held, axis=1) if held else empty, stretch
 
 
@@ -208,27 +212,28 @@ def deviations(matrix, free: int, spread):
     """
     inner, every = matrix[..., :free, :free], np.arange(free)
     unit = 1 / jets.sqrt(inner[..., every, every])
-    both = unit[..., :, None] * unit[..., None, :]
-    covariance = jets.inverse(inner * both) * both
-    moved_by = jets.matmul(covariance[..., :1, :], matrix[..., :free, free:])[..., 0, :] * spread
-    noise = covariance[..., 0, 0]
+    units = unit[..., :, None] * unit[..., None, :]
+    covariance = jets.inverse(inner * units) * units
+    of_target = slice(_TARGET, _TARGET + 1)
+    moved_by = jets.matmul(covariance[..., of_target, :], matrix[..., :free, free:])[..., 0, :] * spread
+    noise = covariance[..., _TARGET, _TARGET]
     return jets.sqrt(noise), jets.sqrt(noise + (moved_by * moved_by).sum(-1))
 
 
-def _used(limits: Limits, camera: Camera, seen: _Seen, fields: Jet, onto) -> Jet:
+def _used(limits: Limits, camera: Camera, outlook: _Seen, fields: Jet, onto) -> Jet:
     background, modulus, phase = (fields[:, k] for k in range(3))
     count = onto.shape[1]
     slope = onto[:, : count - 1] @ chebder(np.eye(count))
-    turns = seen.table[:, 2].parts
-    extent = [(seen.field * (n / min(camera.shape) / 2))[:, None, None] for n in camera.shape]
+    turns = outlook.table[:, 2].parts
+    extent = [(outlook.field * (n / min(camera.shape) / 2))[:, None, None] for n in camera.shape]
     along_y, along_x = Jet(slope @ turns @ onto.T, 1) / extent[0], Jet(onto @ turns @ slope.T, 1) / extent[1]
     steepest = jets.sqrt(jets.peak(along_x * along_x + along_y * along_y, 2) + 1e-30)
     brightest = jets.peak(background + abs(modulus), 2)
     rings = jets.peak(phase, 2) + jets.peak(-phase, 2)
     return jets.stack(
         [
-            seen.field / seen.size * (1 / min(camera.shape)),
-            seen.size * steepest * limits.pixels_per_fringe,
+            outlook.field / outlook.size * (1 / min(camera.shape)),
+            outlook.size * steepest * limits.pixels_per_fringe,
             brightest * (1 / (limits.fill * camera.full_well)),
             limits.rings_least / rings,
             rings * (1 / limits.rings_most),

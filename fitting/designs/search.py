@@ -52,8 +52,8 @@ class Search:
 
     def step(self, place: np.ndarray) -> np.ndarray:
         """Change of each number per change of its place."""
-        here = self.design(place, ())
-        return np.where(self.ratio, here * np.log(self.factor), self.high - self.low)
+        design = self.design(place, ())
+        return np.where(self.ratio, design * np.log(self.factor), self.high - self.low)
 
     def look(self, place: np.ndarray, choice: tuple[float, ...]):
         """Logarithms of deviations [targets] and rooms, -log of what is used of each limit; with slopes by place.
@@ -100,7 +100,7 @@ class Search:
                 bounds.append((-np.inf, np.inf))
             end = start
             if len(self.low):
-                found = minimize(
+                solution = minimize(
                     lambda p: at(p)[0],
                     start,
                     jac=lambda p: at(p)[1],
@@ -109,7 +109,7 @@ class Search:
                     method="SLSQP",
                     options={"maxiter": _STEPS, "ftol": 1e-5},
                 )
-                end = np.clip(found.x, *np.array(bounds).T)
+                end = np.clip(solution.x, *np.array(bounds).T)
             value, _, room, _ = at(end)
         except ArithmeticError:
             return None
@@ -119,14 +119,14 @@ class Search:
         """What holds a design, by the multipliers that balance its objective's slope (Karush, Kuhn and Tucker)."""
         _, slope, room, by_room = self.problem(place, choice)
         count, step = len(self.low), self.step(place[: len(self.low)])
-        here = self.design(place[:count], ())
+        design = self.design(place[:count], ())
         columns, names = [], []
         targets = len(room) - len(LIMITS)
         for k in np.flatnonzero(room < 10 * BINDS):
             columns.append(by_room[k])
             names.append(None if k < targets else (LIMITS[k - targets], "limit", 1.0))
         for k, name in enumerate(self.job.vary):
-            size = (abs(here[k]) or self.high[k] - self.low[k]) / step[k]
+            size = (abs(design[k]) or self.high[k] - self.low[k]) / step[k]
             if min(place[k], 1 - place[k]) < BINDS:
                 low = place[k] < 0.5
                 columns.append(np.eye(len(place))[k] * (1.0 if low else -1.0))
@@ -134,12 +134,12 @@ class Search:
         if not columns:
             return ()
         gains, _ = nnls(np.stack(columns, axis=1), slope)
-        found = (
+        holding = (
             Binding(name[0], name[1], float(gain * name[2]))
             for name, gain in zip(names, gains, strict=True)
             if name is not None and gain * name[2] > 1e-4
         )
-        return tuple(sorted(found, key=lambda one: -one.gain))
+        return tuple(sorted(holding, key=lambda one: -one.gain))
 
 
 def none_found(search: Search, runs) -> ValueError:

@@ -32,16 +32,16 @@ class Kept:
         self.path, self.columns, self.target, self.units, self.study = path, columns, target, units, study
         self.found = self._read() if path.exists() else np.zeros(0)
 
-    def write(self, found: Float[np.ndarray, " found"]) -> None:
+    def write(self, targets: Float[np.ndarray, " found"]) -> None:
         """A whole file or none."""
         content = io.BytesIO()
         with netcdf_file(content, "w") as file:
             for name, text in self.study.items():
                 setattr(file, name, text.encode())
-            file.createDimension(_ROW, len(found))
-            for name, values in {**self.columns, self.target: found}.items():
+            file.createDimension(_ROW, len(targets))
+            for name, values in {**self.columns, self.target: targets}.items():
                 column = file.createVariable(name, "f8", (_ROW,))
-                column[:] = values[: len(found)]
+                column[:] = values[: len(targets)]
                 column.units = (self.units[name] or "1").encode()
             file.flush()
             output.write(self.path, content.getvalue(), force=True)
@@ -50,14 +50,14 @@ class Kept:
         try:
             with netcdf_file(str(self.path), "r", mmap=False) as file:
                 same = all(getattr(file, name, b"") == text.encode() for name, text in self.study.items())
-                columns = {name: np.array(one[:], dtype=float) for name, one in file.variables.items()}
+                columns = {name: np.array(column[:], dtype=float) for name, column in file.variables.items()}
         except (TypeError, ValueError, IndexError, KeyError, AttributeError, OverflowError, OSError) as error:
             raise ValueError(f"{self.path} is no file of draws ({error}); {_ELSE}") from None
-        found = columns.get(self.target, np.zeros(0))
-        rows = {name: values[: len(found)] for name, values in self.columns.items()}
+        targets = columns.get(self.target, np.zeros(0))
+        rows = {name: values[: len(targets)] for name, values in self.columns.items()}
         if not (same and all(np.array_equal(columns.get(name, np.zeros(0)), values) for name, values in rows.items())):
             raise ValueError(f"{self.path} holds draws of another study; {_ELSE}")
-        return found
+        return targets
 
 
 _ELSE = "remove it, or name another file or folder"

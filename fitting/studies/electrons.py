@@ -31,8 +31,8 @@ def tables(benches: Sequence[Photographed], nodes: int, levels: int) -> tuple[Je
     And whether all beams reach the nodes. The benches' numbers may be jets of so many levels, level 0 the launch
     plane's (`jet_fields`); the coefficients then are. Nothing is compiled.
     """
-    made = jet_fields.at_nodes([(scene, camera) for scene, camera, _ in benches], nodes, levels)
-    table = jet_fields.coefficients(made)
+    fields = jet_fields.at_nodes([(scene, camera) for scene, camera, _ in benches], nodes, levels)
+    table = jet_fields.coefficients(fields)
 
     def each(numbers):
         return jets.stack([jets.asarray(number, float) for number in numbers]).reshape(len(benches), 1, 1)
@@ -43,7 +43,7 @@ def tables(benches: Sequence[Photographed], nodes: int, levels: int) -> tuple[Je
     constant[0, 0] = 1.0
     stray = each(by.get("stray", 0.0) for _, _, by in benches) * constant
     parts = [(table[:, 0] + stray) * exposure, table[:, 1] * contrast * exposure, table[:, 2]]
-    return jets.stack(parts, axis=1), np.asarray(made.arrives.all(axis=1))
+    return jets.stack(parts, axis=1), np.asarray(fields.arrives.all(axis=1))
 
 
 def photoelectrons(

@@ -70,20 +70,20 @@ class Information:
         """Bound on the covariance of unbiased estimates [units]; a variance is infinite where nothing determines it."""
         scaled = self._scaled()
         held = np.array([self.priors.get(name) == 0 for name in self.names])
-        found = np.zeros_like(scaled)
+        bound = np.zeros_like(scaled)
         if held.all():
-            return found
+            return bound
         # To unit diagonal with the priors in it: then a prior, however tight, hides nothing of the others.
         size = np.diag(scaled)
         unit = 1 / np.sqrt(np.where(size > 0, size, 1.0))
         size, axes = np.linalg.eigh((scaled * np.outer(unit, unit))[np.ix_(~held, ~held)])
-        known = size > _ROUNDING * len(size)
-        inverse = (axes[:, known] / size[known]) @ axes[:, known].T
-        lost = (axes[:, ~known] ** 2).sum(axis=1) > 1e-10
-        inverse[lost, lost] = np.inf
-        found[np.ix_(~held, ~held)] = inverse
+        determined = size > _ROUNDING * len(size)
+        inverse = (axes[:, determined] / size[determined]) @ axes[:, determined].T
+        undetermined = (axes[:, ~determined] ** 2).sum(axis=1) > 1e-10
+        inverse[undetermined, undetermined] = np.inf
+        bound[np.ix_(~held, ~held)] = inverse
         step = self._steps() * unit
-        return found * np.outer(step, step)
+        return bound * np.outer(step, step)
 
     def sd(self, name: str) -> float:
         """Bound on the standard deviation with all other numbers unknown, but for priors [unit]."""
@@ -101,27 +101,27 @@ class Information:
 
     def bought(self, name: str) -> dict[str, float]:
         """The bound on a number [unit] if each of the others were known exactly."""
-        return {other: self.given(**{other: 0.0}).sd(name) for other in self.names if other != name}
+        return {known_name: self.given(**{known_name: 0.0}).sd(name) for known_name in self.names if known_name != name}
 
     @property
     def undetermined(self) -> tuple[str, ...]:
         """Combinations of numbers that the image, with the priors, does not tell."""
         unit = 1 / np.sqrt(np.maximum(np.diag(self._scaled()), 1e-300))
         held = np.array([self.priors.get(name) == 0 for name in self.names])
-        seen = np.diag(self._scaled()) > 0
-        words = [f"{self.names[k]}: the image does not change with it" for k in np.flatnonzero(~seen & ~held)]
-        seen &= ~held
-        if seen.sum() < 2:
+        visible = np.diag(self._scaled()) > 0
+        words = [f"{self.names[k]}: the image does not change with it" for k in np.flatnonzero(~visible & ~held)]
+        visible &= ~held
+        if visible.sum() < 2:
             return tuple(words)
-        normal = (self._scaled() * np.outer(unit, unit))[np.ix_(seen, seen)]
+        normal = (self._scaled() * np.outer(unit, unit))[np.ix_(visible, visible)]
         size, axes = np.linalg.eigh(normal)
         weak = size < _WEAK
         if not weak.any():
             return tuple(words)
-        whole = np.where(self._ratio(), np.abs(self.values), self.scales)
-        names = [name for name, there in zip(self.names, seen, strict=True) if there]
-        relative = (unit * self._steps() / whole)[seen]
-        return (*words, *in_words(names, self._ratio()[seen], relative, axes[:, weak]))
+        references = np.where(self._ratio(), np.abs(self.values), self.scales)
+        names = [name for name, is_visible in zip(self.names, visible, strict=True) if is_visible]
+        relative = (unit * self._steps() / references)[visible]
+        return (*words, *in_words(names, self._ratio()[visible], relative, axes[:, weak]))
 
     def _ratio(self) -> np.ndarray:
         return np.array(self.positive or (False,) * len(self.names))
@@ -134,8 +134,8 @@ class Information:
     def _scaled(self) -> np.ndarray:
         step = self._steps()
         prior = [self.priors.get(name, np.inf) for name in self.names]
-        more = [(s / p) ** 2 if p else 0.0 for s, p in zip(step, prior, strict=True)]
-        return self.matrix * np.outer(step, step) + np.diag(more)
+        from_priors = [(s / p) ** 2 if p else 0.0 for s, p in zip(step, prior, strict=True)]
+        return self.matrix * np.outer(step, step) + np.diag(from_priors)
 
     def __str__(self) -> str:
         rows = [f"{'':<14} {'value':>12} {'sd':>10} {'others known':>13} {'unit':<14}"]
@@ -176,17 +176,17 @@ def information(
     nodes = fine_nodes(scene, camera).nodes if method is None else method.nodes
     scales = np.array([number.scale for number in numbers])
     table, changes = derivatives(scene, camera, numbers, nodes)
-    made = equations(table, changes, camera.shape, lambda image, _: weights(image, camera, noise))
-    found = Information(
+    normal = equations(table, changes, camera.shape, lambda image, _: weights(image, camera, noise))
+    result = Information(
         names,
         tuple(number.unit for number in numbers),
         np.array([number.value for number in numbers]),
         scales,
-        made.matrix / np.outer(scales, scales),
+        normal.matrix / np.outer(scales, scales),
         {},
         tuple(number.positive for number in numbers),
     )
-    return found.given(**(priors or {}))
+    return result.given(**(priors or {}))
 
 
 def derivatives(
@@ -212,12 +212,12 @@ def fine_nodes(scene: Scene, camera: Camera, keeps: float = 1e-8, least: int = 1
     """
     count = least
     while True:
-        made = jet_fields.values_of(jet_fields.at_nodes([(scene, camera)], count, 1))
+        fields = jet_fields.values_of(jet_fields.at_nodes([(scene, camera)], count, 1))
         # But for the rounding of the phases [turns].
-        exact = made._replace(rounding=np.zeros_like(made.rounding))
+        exact = fields._replace(rounding=np.zeros_like(fields.rounding))
         error = float(error_from_nodes(exact, count).intensity)
         # What rounding leaves in every coefficient of the phases, more nodes do not mend.
-        allowed = keeps + 400 * float(made.rounding.max())
+        allowed = keeps + 400 * float(fields.rounding.max())
         if error <= allowed:
             return Chebyshev(count)
         if not np.isfinite(error):

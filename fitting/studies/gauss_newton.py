@@ -108,8 +108,8 @@ def slopes(
     """By the implicit function theorem, where a fit has converged."""
     place, free, shape = np.concatenate([steps, held]), problem.free, problem.camera.shape
     every, count = np.eye(len(place)), len(place) + 1
-    both = jets.variable(place, every, 1, 3) + jets.variable(np.zeros(len(place)), every, 2, 3)
-    bench = moved(problem.scene, problem.camera, problem.moves, both, problem.scales)
+    twice = jets.variable(place, every, 1, 3) + jets.variable(np.zeros(len(place)), every, 2, 3)
+    bench = moved(problem.scene, problem.camera, problem.moves, twice, problem.scales)
     parts = jets.full(tables([bench], problem.nodes, 3)[0], (1, count, count)).parts[0, :, :, 0]
     table, changes = parts[0, 0], parts[1:, 0]
     normal = equations(table, changes, shape, lambda _, rows: problem.weight[rows], data, parts[1:, 1:])
@@ -117,12 +117,12 @@ def slopes(
     weighted = slopes_of(table, changes[:free], shape) * problem.weight
     by_image, by_held = np.tensordot(inverse, weighted, 1), -inverse @ normal.matrix[:free, free:]
     # What is left of the gradient, rounding, moves the misfit with the steps: at the minimum itself it is 0.
-    rest = normal.gradient[:free]
+    rounding = normal.gradient[:free]
     return Slopes(
         by_image,
         by_held,
-        problem.weight * (data - image_of(table, shape)) + np.tensordot(rest, by_image, 1),
-        normal.gradient[free:] + rest @ by_held,
+        problem.weight * (data - image_of(table, shape)) + np.tensordot(rounding, by_image, 1),
+        normal.gradient[free:] + rounding @ by_held,
     )
 
 
@@ -165,19 +165,19 @@ class _Fit:
 def _begun(problem: Problem, data, held) -> list[_Fit]:
     """The fits after their common first stage, in which nothing is off: it has the slopes by every held number."""
     free, numbers = problem.free, len(problem.scales)
-    rest = _Fit(np.zeros(free), np.zeros(numbers - free), 0, 0)
-    ((normal, changes),) = _looks(problem, data, [rest.place], [np.eye(numbers)])
+    base = _Fit(np.zeros(free), np.zeros(numbers - free), 0, 0)
+    ((normal, changes),) = _looks(problem, data, [base.place], [np.eye(numbers)])
     phases = changes[free:, 2]
-    rest.step(normal)
-    while rest.goes_on:
-        ((normal, _),) = _looks(problem, data, [rest.place], [np.eye(numbers)])
-        rest.step(normal)
-    if rest.stage == 0 or numbers == free:
-        return [rest] * len(held)
+    base.step(normal)
+    while base.goes_on:
+        ((normal, _),) = _looks(problem, data, [base.place], [np.eye(numbers)])
+        base.step(normal)
+    if base.stage == 0 or numbers == free:
+        return [base] * len(held)
     turns = abs(np.tensordot(held, phases, 1)).sum(axis=(1, 2))
     stages = np.clip(np.ceil(2 * turns), 1, STAGES).astype(int)
-    follow = _least(rest.matrix, normal.matrix[:free, free:] @ held.T).T / stages[:, None]
-    return [_Fit(*fit) for fit in zip(rest.at - follow, held, [1] * len(held), stages.tolist(), strict=True)]
+    follow = _least(base.matrix, normal.matrix[:free, free:] @ held.T).T / stages[:, None]
+    return [_Fit(*fit) for fit in zip(base.at - follow, held, [1] * len(held), stages.tolist(), strict=True)]
 
 
 def _step(problem: Problem, data, fits: list[_Fit]) -> None:

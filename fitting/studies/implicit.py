@@ -65,35 +65,37 @@ def measurement(
 
     """
     numbers = knobs(scene, camera)
-    found = chosen(numbers, tuple(free))
+    free_knobs = chosen(numbers, tuple(free))
     nodes = (fine_nodes(scene, camera) if method is None else method).nodes
 
     @cache
     def fit_with(held: tuple[str, ...]) -> Problem:
-        return problem(scene, camera, list(chosen(numbers, (*found, *held)).values()), len(found), noise, nodes)
+        return problem(
+            scene, camera, list(chosen(numbers, (*free_knobs, *held)).values()), len(free_knobs), noise, nodes
+        )
 
     def measure(image, **assumed) -> Measured:
         if np.shape(image) != camera.shape:
             raise ValueError(f"the image has shape {np.shape(image)}; allowed: the camera's, {camera.shape}")
-        if twice := set(assumed) & set(found):
+        if twice := set(assumed) & set(free_knobs):
             raise ValueError(f"{', '.join(sorted(twice))} is free: it is found, not assumed")
         held = chosen(numbers, tuple(assumed)) if assumed else {}
         fit = fit_with(tuple(assumed))
-        off = [(value - held[name].value) / held[name].scale for name, value in assumed.items()]
+        deviations = [(value - held[name].value) / held[name].scale for name, value in assumed.items()]
         if is_concrete(image, assumed):
             solution = gauss_newton.solve(
-                fit, np.asarray(image, float) * camera.exposure, np.array([off], float).reshape(1, -1)
+                fit, np.asarray(image, float) * camera.exposure, np.array([deviations], float).reshape(1, -1)
             )
             with x64():
                 return measured(*(part[0] for part in solution))
         require_x64("measurement")
-        shift = jnp.stack([jnp.asarray(one, float) for one in off]) if off else jnp.zeros(0)
+        shift = jnp.stack([jnp.asarray(deviation, float) for deviation in deviations]) if deviations else jnp.zeros(0)
         steps, misfit, converged = _differentiable(fit)(jnp.asarray(image, float) * camera.exposure, shift)
         return measured(steps, misfit, converged > 0)
 
     def measured(steps, misfit, converged) -> Measured:
-        values = [knob.value + step * knob.scale for knob, step in zip(found.values(), steps, strict=True)]
-        return Measured(dict(zip(found, map(_array, values), strict=True)), _array(misfit), _array(converged))
+        values = [knob.value + step * knob.scale for knob, step in zip(free_knobs.values(), steps, strict=True)]
+        return Measured(dict(zip(free_knobs, map(_array, values), strict=True)), _array(misfit), _array(converged))
 
     return measure
 
@@ -116,19 +118,19 @@ def _differentiable(fit: Problem) -> Callable:
         return _array(steps), _array(misfit), _array(converged * 1.0)
 
     @jax.custom_jvp
-    def found(data, held):
+    def fitted(data, held):
         if is_concrete(data, held):
             return arrays(*at_once(np.asarray(data), np.asarray(held)))
         return traced_fit.solve(fit, data, held)
 
-    @found.defjvp
+    @fitted.defjvp
     def derivatives(primals, tangents):
         if is_concrete(primals):
             data, held = (np.asarray(part) for part in primals)
             steps, misfit, converged = at_once(data, held)
             by = gauss_newton.slopes(fit, data, np.nan_to_num(steps), held)
         else:
-            steps, misfit, converged = found(*primals)
+            steps, misfit, converged = fitted(*primals)
             by = traced_fit.slopes(fit, primals[0], steps, primals[1])
         image, held = tangents
         change = jnp.tensordot(by.steps_by_image, image, 2) + jnp.matmul(by.steps_by_held, held)
@@ -137,4 +139,4 @@ def _differentiable(fit: Problem) -> Callable:
         change = change * jnp.where(converged > 0, 1.0, jnp.nan)
         return arrays(steps, misfit, converged), (change, misfit_change, jnp.zeros(()))
 
-    return found
+    return fitted

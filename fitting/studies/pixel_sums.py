@@ -63,16 +63,16 @@ def equations(
             weight = weigh(image, rows)
             by_rows = along_y[:, rows]
             weighted = [weight * factor for factor in factors]
-            away = None if data is None else image - data[rows]
+            residual = None if data is None else image - data[rows]
             for k, (a, b) in enumerate(_PAIRS):
                 each = weighted[a] * factors[b]
                 if second is not None and k in bends:
-                    each += weight * away * bends[k]
+                    each += weight * residual * bends[k]
                 moments[k] += by_rows @ (each @ along_x.T)
-            if away is not None:
-                misfit += 0.5 * float(np.vdot(weight * away, away))
+            if residual is not None:
+                misfit += 0.5 * float(np.vdot(weight * residual, residual))
                 for k, factor in enumerate(weighted):
-                    sums[k] += by_rows[:count] @ ((factor * away) @ along_x[:count].T)
+                    sums[k] += by_rows[:count] @ ((factor * residual) @ along_x[:count].T)
     gradient = np.tensordot(changes.reshape(len(changes), -1), sums.ravel(), 1)
     matrix = _matrix(moments, changes)
     if second is not None:
@@ -92,15 +92,15 @@ def slopes_of(
     shape: tuple[int, int],
 ) -> Float[np.ndarray, "numbers rows columns"]:
     """The image's derivatives, from those of its coefficients."""
-    made = np.empty((len(changes), *shape))
+    images = np.empty((len(changes), *shape))
     along_y, along_x = (chebyshev.basis(n, table.shape[-1]) for n in shape)
     with one_blas_thread():
         for rows, _, factors, _ in _blocks(table, shape):
-            for image, change in zip(made, changes, strict=True):
+            for image, change in zip(images, changes, strict=True):
                 image[rows] = sum(
                     f * (along_y[:, rows].T @ part @ along_x) for f, part in zip(factors, change, strict=True)
                 )
-    return made
+    return images
 
 
 def _blocks(table: Float[np.ndarray, "3 count count"], shape: tuple[int, int]) -> Iterator[_Block]:

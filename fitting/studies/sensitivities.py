@@ -64,9 +64,11 @@ class Sensitivity:
         ]
         if self.sd > self.accuracy:
             lines.insert(2, "noise alone leaves more than that: take more light, pixels or rings before all else")
-        for one in self.neglected:
-            known = "any" if np.isinf(one.tolerance) else f"{one.tolerance:.3g}"
-            lines.append(f"{one.name:<14} {one.value:>12.6g} {known:>11} {one.unit:<15} {one.slope:+.4g}")
+        for number in self.neglected:
+            tolerance = "any" if np.isinf(number.tolerance) else f"{number.tolerance:.3g}"
+            lines.append(
+                f"{number.name:<14} {number.value:>12.6g} {tolerance:>11} {number.unit:<15} {number.slope:+.4g}"
+            )
         return "\n".join(lines)
 
 
@@ -95,62 +97,62 @@ def sensitivity(
     """
     if not (isinstance(accuracy, int | float) and 0 < accuracy < np.inf):
         raise ValueError(f"accuracy is {accuracy!r}; allowed: a positive fraction, such as 1e-3")
-    known = knobs(scene, camera)
-    free = free_beside(target, free, known)
-    chosen(known, free)
+    every_knob = knobs(scene, camera)
+    free = free_beside(target, free, every_knob)
+    chosen(every_knob, free)
     beside = tuple(name for name in free if name != target)
-    if not known[target].value:
+    if not every_knob[target].value:
         raise ValueError(f"{target} is 0 here: a fraction of it is no accuracy; take a scene in which it is not 0")
-    held = tuple(name for name in known if name not in free)
-    told = information(scene, camera, (*free, *held), noise=noise)
-    alone = told.given(**dict.fromkeys(held, 0.0))
-    sd = alone.sd(target)
+    held = tuple(name for name in every_knob if name not in free)
+    bounds = information(scene, camera, (*free, *held), noise=noise)
+    of_free = bounds.given(**dict.fromkeys(held, 0.0))
+    sd = of_free.sd(target)
     if not np.isfinite(sd):
-        words = "; ".join(alone.undetermined) or "too few pixels"
+        words = "; ".join(of_free.undetermined) or "too few pixels"
         raise UndeterminedError(f"the image does not tell the {target} with {', '.join(beside) or 'it'} free: {words}")
     count = len(free)
-    step = np.sqrt(np.maximum(np.diag(told.matrix), 1e-300))
-    scaled = told.matrix / np.outer(step, step)
+    step = np.sqrt(np.maximum(np.diag(bounds.matrix), 1e-300))
+    scaled = bounds.matrix / np.outer(step, step)
     # By least squares: of what is not determined they take nothing.
-    moved = -np.linalg.lstsq(scaled[:count, :count], scaled[:count, count:], rcond=1e-10)[0][0]
-    allowed = accuracy * abs(known[target].value)
-    found = []
-    for name, by, told_by in zip(held, moved, step[count:], strict=True):
-        slope = float(by * told_by / step[0])
-        size = known[name].scale if name == "gap" or not known[name].value else abs(known[name].value)
+    moves = -np.linalg.lstsq(scaled[:count, :count], scaled[:count, count:], rcond=1e-10)[0][0]
+    allowed = accuracy * abs(every_knob[target].value)
+    neglected = []
+    for name, by, size_by in zip(held, moves, step[count:], strict=True):
+        slope = float(by * size_by / step[0])
+        size = every_knob[name].scale if name == "gap" or not every_knob[name].value else abs(every_knob[name].value)
         tolerance = allowed / abs(slope) if 1e3 * size * abs(slope) > allowed else np.inf
-        found.append(Neglected(name, known[name].unit, known[name].value, size, slope, tolerance))
-    found.sort(key=lambda one: one.tolerance / one.size)
-    unit = known[target].unit
-    return Sensitivity(target, known[target].value, unit, allowed, sd, beside, tuple(found))
+        neglected.append(Neglected(name, every_knob[name].unit, every_knob[name].value, size, slope, tolerance))
+    neglected.sort(key=lambda number: number.tolerance / number.size)
+    unit = every_knob[target].unit
+    return Sensitivity(target, every_knob[target].value, unit, allowed, sd, beside, tuple(neglected))
 
 
-def free_beside(target: str, free: Sequence[str], known: Mapping[str, Knob]) -> tuple[str, ...]:
+def free_beside(target: str, free: Sequence[str], every_knob: Mapping[str, Knob]) -> tuple[str, ...]:
     """The target and what is found beside it: no radius of its own accord where a scene has none."""
     names = (free,) if isinstance(free, str) else tuple(free)
-    return (target, *(name for name in names if name != target and (name in known or free is not FREE)))
+    return (target, *(name for name in names if name != target and (name in every_knob or free is not FREE)))
 
 
 def refitted(
     scene: Scene,
     camera: Camera,
-    wrong: Mapping[str, float],
+    shifts: Mapping[str, float],
     free: Sequence[str] = FREE,
     noise: float | None = None,
 ) -> dict[str, float]:
-    """By how much the free numbers [units] move in a fit that holds some others off by `wrong` [units].
+    """By how much the free numbers [units] move in a fit that holds some others off by `shifts` [units].
 
     The fit is `measurement` of the noise-free image. Raises ValueError where it does not converge, and for numbers that
     the scene does not have.
     """
-    known = chosen(knobs(scene, camera), (*free, *wrong))
+    numbers = chosen(knobs(scene, camera), (*free, *shifts))
     method = fine_nodes(scene, camera)
     measure = measurement(scene, camera, free, noise=noise, method=method)
     image = perfect_image(scene, camera, method.nodes) / camera.exposure
-    found = measure(image, **{name: known[name].value + by for name, by in wrong.items()})
-    if not found.converged:
-        raise ValueError(f"the fit with {', '.join(wrong)} off does not converge: the effect is too large")
-    return {name: float(found.numbers[name]) - known[name].value for name in free}
+    fit = measure(image, **{name: numbers[name].value + by for name, by in shifts.items()})
+    if not fit.converged:
+        raise ValueError(f"the fit with {', '.join(shifts)} off does not converge: the effect is too large")
+    return {name: float(fit.numbers[name]) - numbers[name].value for name in free}
 
 
 def derivative_images(

@@ -78,11 +78,11 @@ class Spread:
             f"mean by {self.shift:+.2g}{unit} ({len(self.found)} fits; by slopes alone sd {self.slope_sd:.3g}{unit})",
             f"{'':<14} {'known to':>10} {'unit':<6} {'first order':>11} {'its 95 %':>16} {'total':>7} {'its 95 %':>16}",
         ]
-        for one in self.shares:
-            first, total = (f"{low:.3f} to {high:.3f}" for low, high in (one.first_range, one.total_range))
-            row = f"{one.name:<14} {one.sd:>10.3g} {one.unit:<6} {one.first:>11.3f} {first:>16}"
-            lines.append(f"{row} {one.total:>7.3f} {total:>16}")
-        if any(high - low > 1 for one in self.shares for low, high in (one.first_range, one.total_range)):
+        for share in self.shares:
+            first, total = (f"{low:.3f} to {high:.3f}" for low, high in (share.first_range, share.total_range))
+            row = f"{share.name:<14} {share.sd:>10.3g} {share.unit:<6} {share.first:>11.3f} {first:>16}"
+            lines.append(f"{row} {share.total:>7.3f} {total:>16}")
+        if any(high - low > 1 for share in self.shares for low, high in (share.first_range, share.total_range)):
             lines.append("some shares are not told by so few draws: take more")
         return "\n".join(lines)
 
@@ -117,11 +117,11 @@ def spread(
     of another study; NotConvergedError, a ValueError, where a fit does not converge, with the numbers that it held.
 
     """
-    there = knobs(scene, camera)
-    free = free_beside(target, free, there)
-    sds = errors(there, known, free, draws)
-    numbers = chosen(there, tuple(known))
-    slopes = {one.name: one.slope for one in sensitivity(scene, camera, target, free=free, noise=noise).neglected}
+    every_knob = knobs(scene, camera)
+    free = free_beside(target, free, every_knob)
+    sds = errors(every_knob, known, free, draws)
+    numbers = chosen(every_knob, tuple(known))
+    slopes = {part.name: part.slope for part in sensitivity(scene, camera, target, free=free, noise=noise).neglected}
     centre = np.array([knob.value for knob in numbers.values()])
     rows = centre + np.array(list(sds.values())) * _unit_rows(len(sds), draws, seed)
     # Image and model on the same nodes: what these leave out cancels.
@@ -131,46 +131,46 @@ def spread(
         "known": ", ".join(f"{name} {sd!r}" for name, sd in sds.items()),
         "fit": f"{', '.join(free)}; noise {noise}; {method}; {draws} draws of seed {seed}; newtonjax {__version__}",
     }
-    kept = None
+    file = None
     if keep is not None:
-        units = {name: there[name].unit for name in (*sds, target)}
-        kept = draws_file.Kept(Path(keep), dict(zip(sds, rows.T, strict=True)), target, units, study)
+        units = {name: every_knob[name].unit for name in (*sds, target)}
+        file = draws_file.Kept(Path(keep), dict(zip(sds, rows.T, strict=True)), target, units, study)
     fits = _Fits(scene, camera, tuple(sds), free, noise, method.nodes)
-    found = _made(fits, rows, kept, report or (lambda *_: None))
-    value = there[target].value
-    shares = _shares(found.reshape(-1, draws), seed)
+    targets = _made(fits, rows, file, report or (lambda *_: None))
+    value = every_knob[target].value
+    shares = _shares(targets.reshape(-1, draws), seed)
     parts = [
-        Share(name, there[name].unit, sd, abs(slopes[name]) * sd, *share)
+        Share(name, every_knob[name].unit, sd, abs(slopes[name]) * sd, *share)
         for (name, sd), share in zip(sds.items(), shares, strict=True)
     ]
     return Spread(
         target,
-        there[target].unit,
+        every_knob[target].unit,
         value,
         tuple(name for name in free if name != target),
-        float(np.std(found[: 2 * draws], ddof=1)),
-        float(np.mean(found[: 2 * draws]) - value),
-        float(np.linalg.norm([one.slope_sd for one in parts])),
-        tuple(sorted(parts, key=lambda one: -one.total)),
+        float(np.std(targets[: 2 * draws], ddof=1)),
+        float(np.mean(targets[: 2 * draws]) - value),
+        float(np.linalg.norm([part.slope_sd for part in parts])),
+        tuple(sorted(parts, key=lambda part: -part.total)),
         dict(zip(sds, rows.T, strict=True)),
-        found,
+        targets,
         seed,
     )
 
 
-def errors(there: dict[str, Knob], known: Known, free: tuple[str, ...], draws: int) -> dict[str, float]:
+def errors(every_knob: dict[str, Knob], stated: Known, free: tuple[str, ...], draws: int) -> dict[str, float]:
     """Standard deviations by name [unit of the number]; refuses as `spread` does what it cannot study."""
     if not (isinstance(draws, int | np.integer) and draws >= _LEAST and draws & (draws - 1) == 0):
         raise ValueError(f"draws is {draws!r}; allowed: a power of two from {_LEAST} on, such as 128")
-    require_held(known, free)
+    require_held(stated, free)
     sds = {}
-    for name, knob in chosen(there, tuple(known)).items():
-        share, value = deviation(knob, known[name])
+    for name, knob in chosen(every_knob, tuple(stated)).items():
+        share, value = deviation(knob, stated[name])
         sds[name] = value * abs(knob.value) if share else value
         if not sds[name] > 0:
-            raise ValueError(f"known: {name} is {known[name]!r}, which leaves nothing open; allowed: above zero")
+            raise ValueError(f"known: {name} is {stated[name]!r}, which leaves nothing open; allowed: above zero")
         if knob.positive and sds[name] > abs(knob.value) / 4:
-            raise ValueError(f"known: {name} is {known[name]!r}; allowed: at most a quarter of it, {knob.value:.6g}")
+            raise ValueError(f"known: {name} is {stated[name]!r}; allowed: at most a quarter of it, {knob.value:.6g}")
     return sds
 
 
@@ -182,23 +182,27 @@ def _unit_rows(count: int, draws: int, seed: int) -> Float[np.ndarray, "fits nam
     return np.concatenate([first, second, *mixed])
 
 
-def indices(found: Float[np.ndarray, "... blocks draws"]) -> tuple[np.ndarray, np.ndarray]:
+def indices(targets: Float[np.ndarray, "... blocks draws"]) -> tuple[np.ndarray, np.ndarray]:
     """Sobol's indices, of first order and total [... numbers], from what was found at A, at B, and at the mixtures."""
-    first, second, mixed = found[..., :1, :], found[..., 1:2, :], found[..., 2:, :]
-    mean, variance = (of(found[..., :2, :], axis=(-2, -1))[..., None, None] for of in (np.mean, np.var))
+    first, second, mixed = targets[..., :1, :], targets[..., 1:2, :], targets[..., 2:, :]
+    mean, variance = (of(targets[..., :2, :], axis=(-2, -1))[..., None, None] for of in (np.mean, np.var))
     scale = np.where(variance > 0, variance, 1.0)[..., 0]
-    alone = np.mean((second - mean) * (mixed - first), axis=-1) / scale
-    return alone, np.mean((mixed - first) ** 2, axis=-1) / (2 * scale)
+    first_order = np.mean((second - mean) * (mixed - first), axis=-1) / scale
+    return first_order, np.mean((mixed - first) ** 2, axis=-1) / (2 * scale)
 
 
-def _shares(found: Float[np.ndarray, "blocks draws"], seed: int):
+def _shares(targets: Float[np.ndarray, "blocks draws"], seed: int):
     """For each number its two indices, each with 95 % of it by bootstrap."""
-    draws = found.shape[1]
+    draws = targets.shape[1]
     sample = np.random.default_rng(seed).integers(draws, size=(_RESAMPLES, draws))
-    ranges = [np.percentile(one, [2.5, 97.5], axis=0) for one in indices(np.moveaxis(found[:, sample], 0, 1))]
-    for k, (alone, total) in enumerate(zip(*indices(found), strict=True)):
-        first_range, total_range = ((float(low), float(high)) for low, high in (one[:, k] for one in ranges))
-        yield float(alone), first_range, float(total), total_range
+    ranges = [
+        np.percentile(resampled, [2.5, 97.5], axis=0) for resampled in indices(np.moveaxis(targets[:, sample], 0, 1))
+    ]
+    for k, (first_order, total) in enumerate(zip(*indices(targets), strict=True)):
+        first_range, total_range = (
+            (float(low), float(high)) for low, high in (resampled[:, k] for resampled in ranges)
+        )
+        yield float(first_order), first_range, float(total), total_range
 
 
 class _Fits:
@@ -213,22 +217,24 @@ class _Fits:
 
     def __call__(self, rows: Float[np.ndarray, "rows names"]) -> Float[np.ndarray, " rows"]:
         """The target at up to `batch` rows of held numbers; NaN where a fit does not converge."""
-        values, scales = (np.array(each) for each in zip(*[(one.value, one.scale) for one in self._held], strict=True))
-        found = solve(self._problem, self._problem.image, (rows - values) / scales)
-        return self._target.value + self._target.scale * found.steps[:, 0]
+        values, scales = (
+            np.array(each) for each in zip(*[(knob.value, knob.scale) for knob in self._held], strict=True)
+        )
+        solution = solve(self._problem, self._problem.image, (rows - values) / scales)
+        return self._target.value + self._target.scale * solution.steps[:, 0]
 
 
-def _made(fits: _Fits, rows, kept: "draws_file.Kept | None", report) -> Float[np.ndarray, " fits"]:
+def _made(fits: _Fits, rows, file: "draws_file.Kept | None", report) -> Float[np.ndarray, " fits"]:
     """The target at every row; batch by batch what is made is kept."""
-    found = np.zeros(0) if kept is None else kept.found
-    while len(found) < len(rows):
-        batch = rows[len(found) : len(found) + fits.batch]
+    targets = np.zeros(0) if file is None else file.found
+    while len(targets) < len(rows):
+        batch = rows[len(targets) : len(targets) + fits.batch]
         values = fits(batch)
-        if (lost := np.flatnonzero(~np.isfinite(values))).size:
-            row = ", ".join(f"{name} {value:.6g}" for name, value in zip(fits.names, batch[lost[0]], strict=True))
+        if (failed := np.flatnonzero(~np.isfinite(values))).size:
+            row = ", ".join(f"{name} {value:.6g}" for name, value in zip(fits.names, batch[failed[0]], strict=True))
             raise NotConvergedError(f"the fit with {row} (SI units) does not converge: give smaller deviations")
-        found = np.concatenate([found, values])
-        if kept is not None:
-            kept.write(found)
-        report(len(found), len(rows))
-    return found
+        targets = np.concatenate([targets, values])
+        if file is not None:
+            file.write(targets)
+        report(len(targets), len(rows))
+    return targets

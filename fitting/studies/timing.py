@@ -69,12 +69,12 @@ def tradeoff(
     if splat:
         jobs.append(way.splat)
     jobs.append(way.reference)
-    found = []
+    ways = []
     for number, job in enumerate(jobs):
-        found.append(job())
+        ways.append(job())
         if progress is not None:
             progress(number + 1, len(jobs))
-    return found
+    return ways
 
 
 class _Race:
@@ -100,7 +100,7 @@ class _Race:
             x, y = self.camera.axes()
             program = _formula.lower(self.scene, x[None, :], y[:, None]).compile()
             seconds = _seconds(lambda: program(self.scene, x[None, :], y[:, None]))
-            wrong = self._wrong(np.asarray(_of_formula(closed_fields(self.scene, *self.pixels.T))))
+            intensity_error = self._wrong(np.asarray(_of_formula(closed_fields(self.scene, *self.pixels.T))))
         memory = program.memory_analysis()
         size = None if memory is None else int(memory.output_size_in_bytes + memory.temp_size_in_bytes)
 
@@ -108,8 +108,8 @@ class _Race:
             return closed_fields(scene, *self.points.T).phase[0]
 
         note = f"ignores {refusal.part}" if refusal else ""
-        away, bias = self._away(phase(self.scene)), self._bias(phase, self.scene)
-        return Way("ClosedForm", seconds, size, away, wrong, None, bias, note=note)
+        phase_error, bias = self._away(phase(self.scene)), self._bias(phase, self.scene)
+        return Way("ClosedForm", seconds, size, phase_error, intensity_error, None, bias, note=note)
 
     def nodes(self, plan: nj.Plan, tolerance: float | None) -> Way:
         method = cast(nj.Chebyshev, plan.method)
@@ -127,10 +127,12 @@ class _Race:
             image = np.asarray(nj.render(plan.scene, self.camera, method))
             seconds = _seconds(lambda: nj.render(plan.scene, self.camera, method))
             size = _bytes(lambda: nj.render(plan.scene, self.camera, method)) + image.nbytes
-        wrong = self._wrong(image[np.ix_(self.rows, self.columns)])
-        away, bias = self._away(phase(plan.scene)), self._bias(phase, plan.scene)
+        intensity_error = self._wrong(image[np.ix_(self.rows, self.columns)])
+        phase_error, bias = self._away(phase(plan.scene)), self._bias(phase, plan.scene)
         note = f"without {len(plan.dropped)} weak beams" if plan.dropped else ""
-        return Way(f"Chebyshev({method.nodes})", seconds, size, away, wrong, predicted, bias, tolerance, note)
+        return Way(
+            f"Chebyshev({method.nodes})", seconds, size, phase_error, intensity_error, predicted, bias, tolerance, note
+        )
 
     def splat(self) -> Way:
         """The mean of pairs of rays, on a smaller image and timed there: it is linear in the pixels."""
@@ -142,13 +144,13 @@ class _Race:
         truth = np.asarray(nj.render(self.scene, small, nj.Traced()))
         begin = perf_counter()
         try:
-            found = nj.splat(self.scene, small, nj.Splat())
+            splatted = nj.splat(self.scene, small, nj.Splat())
         except ValueError as error:
             return Way("Splat", None, None, None, None, None, None, note=str(error).split(";")[0])
         share = np.prod(self.camera.shape) / np.prod(shape)
-        seconds, lit = float(share) * (perf_counter() - begin), ~np.asarray(found.unpaired)
-        wrong = np.abs(np.asarray(found.image) - truth)[lit]
-        error = float(wrong.max() / truth.max()) if lit.any() else None
+        seconds, lit = float(share) * (perf_counter() - begin), ~np.asarray(splatted.unpaired)
+        errors = np.abs(np.asarray(splatted.image) - truth)[lit]
+        error = float(errors.max() / truth.max()) if lit.any() else None
         note = f"time from {' x '.join(map(str, shape))} pixels, {1 - lit.mean():.0%} of them without a pair"
         return Way("Splat", seconds, None, None, error, None, None, note=note)
 
@@ -166,9 +168,9 @@ class _Race:
         return float(np.abs(image.ravel() - self.truth).max() / self.truth.max())
 
     def _away(self, phase) -> float:
-        away = np.asarray(phase) - self.phase
+        difference = np.asarray(phase) - self.phase
         # Phases of the same light may be counted from other whole turns, and fringes of other signs by half a one.
-        return float(np.abs(away - np.round(2 * np.median(away)) / 2).max())
+        return float(np.abs(difference - np.round(2 * np.median(difference)) / 2).max())
 
     def _curved(self) -> bool:
         try:
@@ -184,12 +186,12 @@ class _Race:
         face, total, step = curved_surface(scene), 1.0, 1e-4
         centre = np.asarray(self.points)
         for _ in range(_STEPS):
-            here, more, less = (
+            at_radius, larger, smaller = (
                 np.asarray(phase(change(scene, "radius", total * f, face))) for f in (1, 1 + step, 1 - step)
             )
-            left = self.phase - here
-            columns = [(more - less) / (2 * step), np.ones_like(here), *_slopes(here, centre)]
-            total *= 1 + float(np.linalg.lstsq(np.stack(columns, axis=1), left, rcond=1e-12)[0][0])
+            residual = self.phase - at_radius
+            columns = [(larger - smaller) / (2 * step), np.ones_like(at_radius), *_slopes(at_radius, centre)]
+            total *= 1 + float(np.linalg.lstsq(np.stack(columns, axis=1), residual, rcond=1e-12)[0][0])
         return total - 1
 
 

@@ -20,23 +20,23 @@ def in_words(
     where only ratios count (`ratio`), else over its scale.
     """
     projector = axes @ axes.T
-    found = []
+    sentences = []
     for group in _groups(np.abs(projector) > _COUPLED):
         size, within = np.linalg.eigh(projector[np.ix_(group, group)])
         directions = within[:, size > 0.5] * relative[group][:, None]
-        found.append(_in_group([names[k] for k in group], ratio[group], directions))
-    return found
+        sentences.append(_in_group([names[k] for k in group], ratio[group], directions))
+    return sentences
 
 
 def _groups(coupled: np.ndarray) -> list[np.ndarray]:
     """Indices that are coupled with each other, by group; those coupled with nothing, themselves too, are left out."""
-    left, groups = set(np.flatnonzero(coupled.any(axis=1)).tolist()), []
-    while left:
-        group, more = set(), {min(left)}
-        while more:
-            group |= more
-            more = set(np.flatnonzero(coupled[sorted(group)].any(axis=0)).tolist()) - group
-        left -= group
+    ungrouped, groups = set(np.flatnonzero(coupled.any(axis=1)).tolist()), []
+    while ungrouped:
+        group, added = set(), {min(ungrouped)}
+        while added:
+            group |= added
+            added = set(np.flatnonzero(coupled[sorted(group)].any(axis=0)).tolist()) - group
+        ungrouped -= group
         groups.append(np.array(sorted(group)))
     return groups
 

@@ -31,8 +31,8 @@ class Fields(NamedTuple):
 def pairs(scene: Scene) -> tuple[tuple[int, int], ...]:
     """Indices of the beams that interfere two by two, the beam with more gap crossings second."""
     lengths = [len(itinerary(word, len(scene.surfaces)).surface) for word in scene.beams]
-    both = combinations(range(len(lengths)), 2)
-    return tuple((j, k) if lengths[j] <= lengths[k] else (k, j) for j, k in both)
+    couples = combinations(range(len(lengths)), 2)
+    return tuple((j, k) if lengths[j] <= lengths[k] else (k, j) for j, k in couples)
 
 
 def arrivals_at(scene: Scene, points: Float[Array | np.ndarray, "n 2"]) -> Arrival:
@@ -42,8 +42,8 @@ def arrivals_at(scene: Scene, points: Float[Array | np.ndarray, "n 2"]) -> Arriv
 
 def fields_at(scene: Scene, points: Float[Array | np.ndarray, "n 2"]) -> Fields:
     """The fields of a scene at points of its screen [m], every ray traced."""
-    both = np.array(pairs(scene), dtype=int).reshape(-1, 2)
-    return combine(arrivals_at(scene, points), both, scene.wavelength, shares(scene.light))
+    couples = np.array(pairs(scene), dtype=int).reshape(-1, 2)
+    return combine(arrivals_at(scene, points), couples, scene.wavelength, shares(scene.light))
 
 
 def combine(

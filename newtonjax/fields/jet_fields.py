@@ -108,41 +108,45 @@ def at_nodes(benches: Sequence[tuple[Scene, Camera]], count: int, levels: int) -
     if not isinstance(points, Jet):
         points = Jet(points.reshape((1,) * levels + points.shape), levels)
     bench = courses([scene for scene, _ in benches])
-    made = fields(bench, points)
+    fields_by_bench = fields(bench, points)
     if benches[0][0].shield is None:
-        return made
+        return fields_by_bench
     # A hole's edge may lie between the outer nodes and the frame.
     corners = np.array([_corners(jax.tree.map(value_of, camera)) for _, camera in benches])
     at_corners = fields(bench, Jet(corners.transpose(2, 0, 1).reshape((1,) * levels + (2, len(benches), 4)), levels))
-    return made._replace(arrives=made.arrives & at_corners.arrives.all(axis=1, keepdims=True))
+    return fields_by_bench._replace(arrives=fields_by_bench.arrives & at_corners.arrives.all(axis=1, keepdims=True))
 
 
 def fields(bench: Courses, points: Jet) -> JetFields:
     """The fields at points [2, benches, points] of the screen [m]."""
     # What a ray that does not land computes is left out afterwards.
     with np.errstate(all="ignore"):
-        one, two = (_arrive(route, bench.setting, points) for route in bench.routes)
-        path = (two.path - one.path) / bench.wavelength
-        longest = np.maximum(abs(one.path.value), abs(two.path.value)) / value_of(bench.wavelength)
+        first, second = (_arrive(route, bench.setting, points) for route in bench.routes)
+        path = (second.path - first.path) / bench.wavelength
+        longest = np.maximum(abs(first.path.value), abs(second.path.value)) / value_of(bench.wavelength)
         return JetFields(
-            background=_weighted(_square(one.field) + _square(two.field), bench.shares),
-            envelope=2 * _weighted(two.field * one.field.conj(), bench.shares),
-            phase=path - (two.quarter_turns - one.quarter_turns) / 4,
+            background=_weighted(_square(first.field) + _square(second.field), bench.shares),
+            envelope=2 * _weighted(second.field * first.field.conj(), bench.shares),
+            phase=path - (second.quarter_turns - first.quarter_turns) / 4,
             rounding=8 * np.finfo(float).eps * longest,
-            arrives=one.arrives & two.arrives,
+            arrives=first.arrives & second.arrives,
         )
 
 
-def values_of(made: JetFields) -> Fields:
+def values_of(fields_by_bench: JetFields) -> Fields:
     """The fields of the first bench by themselves."""
     return Fields(
-        made.background.value[0], made.envelope.value[:1], made.phase.value[:1], made.rounding[0], made.arrives[0]
+        fields_by_bench.background.value[0],
+        fields_by_bench.envelope.value[:1],
+        fields_by_bench.phase.value[:1],
+        fields_by_bench.rounding[0],
+        fields_by_bench.arrives[0],
     )
 
 
-def coefficients(made: JetFields) -> Jet:
+def coefficients(fields_by_bench: JetFields) -> Jet:
     """Chebyshev coefficients [benches, 3, n, n] of background, modulus and phase, as `fields.polar` has them."""
-    envelope = made.envelope
+    envelope = fields_by_bench.envelope
     largest = np.take_along_axis(envelope.value, abs(envelope.value).argmax(axis=-1, keepdims=True), axis=-1)
     size = abs(largest)
     unit = np.where(size > 0, largest / np.where(size > 0, size, 1.0), 1.0)
@@ -150,7 +154,7 @@ def coefficients(made: JetFields) -> Jet:
     slope = turned.imag / jets.where(turned.real == 0, 1.0, turned.real)
     angle = (jets.arctan(slope) + np.angle(unit)) * (1 / (2 * np.pi))
     modulus = turned.real * jets.sqrt(slope * slope + 1)
-    table = jets.stack([made.background, modulus, made.phase + angle], axis=1)
+    table = jets.stack([fields_by_bench.background, modulus, fields_by_bench.phase + angle], axis=1)
     count = round(table.shape[-1] ** 0.5)
     onto = chebyshev.analysis(count)
     grid = table.reshape(*table.shape[:-1], count, count)
@@ -196,8 +200,8 @@ def _launched(at: np.ndarray, levels: int) -> Jet:
 
 def _jacobian(point: Jet) -> list[list[np.ndarray]]:
     """Of the two coordinates by the two of the launch plane."""
-    rest = (0,) * (point.levels - 1)
-    return [[point.parts[(1 + j, *rest, i)] for j in range(2)] for i in range(2)]
+    values = (0,) * (point.levels - 1)
+    return [[point.parts[(1 + j, *values, i)] for j in range(2)] for i in range(2)]
 
 
 def _solve(matrix: list[list[np.ndarray]], right):
@@ -211,27 +215,27 @@ def _aim(route: list[Route], setting: Setting, points: Jet) -> tuple[np.ndarray,
     """Launch coordinates of the rays that land on the points, as `aiming.aim`; whether they do; and the slope there."""
     route, setting, target = _values(route), _values(setting), points.value
     start = np.zeros(target.shape)
-    settled = found = np.zeros(target.shape[1:], bool)
+    settled = lands = np.zeros(target.shape[1:], bool)
     slope, last = [], False
     for _ in range(_STEPS):
         landing, _ = _shoot(route, setting, _launched(start, points.levels))
-        slope, away = _jacobian(landing.point), target - landing.point.value
-        move = np.stack(_solve(slope, away))
-        small = is_small(move, start) & is_small(away, target)
-        found = np.where(settled, found, small & landing.alive)
+        slope, miss = _jacobian(landing.point), target - landing.point.value
+        move = np.stack(_solve(slope, miss))
+        small = is_small(move, start) & is_small(miss, target)
+        lands = np.where(settled, lands, small & landing.alive)
         # A ray that has settled takes the last step too, after which only rounding is left.
-        start = np.where(found | ~settled, start + move, start)
+        start = np.where(lands | ~settled, start + move, start)
         if last:
             break
         settled = settled | small
         last = bool(settled.all())
-    found = found & np.isfinite(start).all(axis=0)
-    return np.where(found, start, 0.0), found, slope
+    lands = lands & np.isfinite(start).all(axis=0)
+    return np.where(lands, start, 0.0), lands, slope
 
 
 def _arrive(route: list[Route], setting: Setting, points: Jet) -> _Arrived:
     levels = points.levels
-    at, found, slope = _aim(route, setting, points)
+    at, lands, slope = _aim(route, setting, points)
     start = Jet(at.reshape((1,) * levels + at.shape), levels)
     # Each step with the value's slope gets the tangents of one more order (Griewank and Walther 2008, chapter 15).
     for _ in range(1, levels):
@@ -242,7 +246,7 @@ def _arrive(route: list[Route], setting: Setting, points: Jet) -> _Arrived:
     spread = a * d - b * c
     target, point = points.value, landing.point.value
     reaches = abs(target - point).max(axis=0) <= 1e-6 * (abs(target).max(axis=0) + abs(point).max(axis=0) + 1e-6)
-    arrives = found & landing.alive & reaches & (spread.value != 0)
+    arrives = lands & landing.alive & reaches & (spread.value != 0)
     field = setting.field
     for stop, leg in zip(route, legs, strict=True):
         leg = jax.tree.map(_without_tube, leg)

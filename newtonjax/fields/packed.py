@@ -76,8 +76,8 @@ def arrivals(packed: Packed, points: Float[np.ndarray, "n 2"]) -> Arrival:
     with x64(), jax.default_device(jax.local_devices(backend="cpu")[0]):
         parts = [[rays(beam, packed.setting, block) for block in padded] for beam in beams]
     rows = [jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=1), *row) for row in parts]
-    whole = jax.tree.map(lambda *leaves: np.concatenate(leaves), *rows)
-    return jax.tree.map(lambda leaf: leaf[:, :number], whole)
+    of_beams = jax.tree.map(lambda *leaves: np.concatenate(leaves), *rows)
+    return jax.tree.map(lambda leaf: leaf[:, :number], of_beams)
 
 
 def node_arrivals(packed: Packed, camera: Camera, nodes: int) -> Arrival:
@@ -88,20 +88,20 @@ def node_arrivals(packed: Packed, camera: Camera, nodes: int) -> Arrival:
     points = node_points(camera, nodes)
     if np.isinf(packed.setting.hole[2]):
         return arrivals(packed, points)
-    both = arrivals(packed, np.concatenate([points, corners(camera)]))
-    at_nodes = jax.tree.map(lambda leaf: leaf[:, : len(points)], both)
-    seen = both.arrives[:, len(points) :].all(axis=1, keepdims=True)
-    return at_nodes._replace(arrives=at_nodes.arrives & seen)
+    with_corners = arrivals(packed, np.concatenate([points, corners(camera)]))
+    at_nodes = jax.tree.map(lambda leaf: leaf[:, : len(points)], with_corners)
+    reaches_corners = with_corners.arrives[:, len(points) :].all(axis=1, keepdims=True)
+    return at_nodes._replace(arrives=at_nodes.arrives & reaches_corners)
 
 
-def with_beams(packed: Packed, arrival: Arrival, kept: list[int]) -> tuple[Packed, Arrival]:
+def with_beams(packed: Packed, arrival: Arrival, chosen: list[int]) -> tuple[Packed, Arrival]:
     """The bench with some of its beams only, in their order, and what arrives of these."""
-    both = [(kept.index(j), kept.index(k)) for j, k in packed.pairs if j in kept and k in kept]
+    couples = [(chosen.index(j), chosen.index(k)) for j, k in packed.pairs if j in chosen and k in chosen]
     fewer = packed._replace(
-        routes=jax.tree.map(lambda leaf: leaf[kept], packed.routes),
-        pairs=np.array(both, dtype=int).reshape(-1, 2),
+        routes=jax.tree.map(lambda leaf: leaf[chosen], packed.routes),
+        pairs=np.array(couples, dtype=int).reshape(-1, 2),
     )
-    return fewer, jax.tree.map(lambda leaf: leaf[kept], arrival)
+    return fewer, jax.tree.map(lambda leaf: leaf[chosen], arrival)
 
 
 def node_fields(packed: Packed, arrival: Arrival) -> Fields:
@@ -110,15 +110,15 @@ def node_fields(packed: Packed, arrival: Arrival) -> Fields:
 
 
 @partial(jax.jit, compiler_options=OPTIONS)
-def coefficients_and_changes(known, changes, words, pairs):
+def coefficients_and_changes(numbers, changes, words, pairs):
     """The coefficients of a bench's fields, and their changes with changes of its numbers along a first axis."""
 
-    def of(known):
-        routes, setting, wavelength, weights, points = known
+    def of(numbers):
+        routes, setting, wavelength, weights, points = numbers
         routes = routes._replace(action=words[0], down=words[1])
         return smooth(combine(arrive_all(routes, setting, points), pairs, wavelength, weights)).coefficients
 
-    return jax.vmap(lambda change: jax.jvp(of, (known,), (change,)), out_axes=(None, 0))(changes)
+    return jax.vmap(lambda change: jax.jvp(of, (numbers,), (change,)), out_axes=(None, 0))(changes)
 
 
 def peak_amplitudes(bench: Packed, beams: Arrival) -> Float[np.ndarray, " beams"]:

@@ -72,12 +72,12 @@ def error_of(nodes: Smooth, count: int) -> ErrorEstimate:
     rate = xp.minimum(xp.maximum(*rates), 0.9)
     further = edge * xp.maximum(rate / (1 - rate), 1.0 if end < count + 4 else 0.1)
     beyond = shell[:, count:].sum(axis=-1)
-    rest = 2 * (beyond + further if end > count else xp.maximum(further, beyond))
+    left_out = 2 * (beyond + further if end > count else xp.maximum(further, beyond))
     pairs = len(nodes.sizes)
-    wrong = rest[1 + pairs :] + nodes.rounding
-    error = rest[: 1 + pairs].sum() + 2 * np.pi * (nodes.sizes * wrong).sum()
+    phase_error = left_out[1 + pairs :] + nodes.rounding
+    error = left_out[: 1 + pairs].sum() + 2 * np.pi * (nodes.sizes * phase_error).sum()
     return ErrorEstimate(
-        xp.where(nodes.reached, wrong.max(initial=0.0), np.inf),
+        xp.where(nodes.reached, phase_error.max(initial=0.0), np.inf),
         xp.where(nodes.reached, error / xp.where(nodes.peak > 0, nodes.peak, 1.0), np.inf),
     )
 

@@ -23,27 +23,27 @@ class Double(NamedTuple):
     high: Float[Array, "..."]
     low: Float[Array, "..."]
 
-    def __add__(self, other: "Double") -> "Double":  # pyright: ignore[reportIncompatibleMethodOverride]  # no tuples here
-        total = self.high + other.high
-        given = total - self.high
-        lost = (self.high - (total - given)) + (other.high - given)
-        return _settle(total, lost + (self.low + other.low))
+    def __add__(self, addend: "Double") -> "Double":  # pyright: ignore[reportIncompatibleMethodOverride]  # no tuples here
+        total = self.high + addend.high
+        carried = total - self.high
+        rounding = (self.high - (total - carried)) + (addend.high - carried)
+        return _settle(total, rounding + (self.low + addend.low))
 
     def __neg__(self) -> "Double":
         return Double(-self.high, -self.low)
 
-    def __sub__(self, other: "Double") -> "Double":
-        return self + (-other)
+    def __sub__(self, subtrahend: "Double") -> "Double":
+        return self + (-subtrahend)
 
-    def __mul__(self, other: "Double") -> "Double":  # pyright: ignore[reportIncompatibleMethodOverride]  # no tuples here
-        (a, rest_a), (b, rest_b) = _halves(self.high), _halves(other.high)
-        small = a * rest_b + rest_a * b + (rest_a * rest_b + (self.high * other.low + self.low * other.high))
+    def __mul__(self, factor: "Double") -> "Double":  # pyright: ignore[reportIncompatibleMethodOverride]  # no tuples here
+        (a, rest_a), (b, rest_b) = _halves(self.high), _halves(factor.high)
+        small = a * rest_b + rest_a * b + (rest_a * rest_b + (self.high * factor.low + self.low * factor.high))
         return _settle(a * b, small)
 
-    def __truediv__(self, other: "Double") -> "Double":
-        first = self.high / other.high
-        left = self - other * exactly(first)
-        return _settle(first, (left.high + left.low) / other.high)
+    def __truediv__(self, divisor: "Double") -> "Double":
+        first = self.high / divisor.high
+        remainder = self - divisor * exactly(first)
+        return _settle(first, (remainder.high + remainder.low) / divisor.high)
 
     def turn(self) -> Float[Array, "..."]:
         """What is left of it when its whole number nearest to it is taken away, in float32."""

@@ -81,10 +81,10 @@ class Jet:
     def sum(self, axis: int) -> "Jet":
         return Jet(self.parts.sum(axis=axis + self.levels if axis >= 0 else axis), self.levels)
 
-    def _beside(self, other) -> "list[np.ndarray] | tuple[np.ndarray, np.ndarray]":
-        if isinstance(other, Jet) and other.parts.ndim == self.parts.ndim:
-            return self.parts, other.parts
-        return aligned(self, other)
+    def _beside(self, operand) -> "list[np.ndarray] | tuple[np.ndarray, np.ndarray]":
+        if isinstance(operand, Jet) and operand.parts.ndim == self.parts.ndim:
+            return self.parts, operand.parts
+        return aligned(self, operand)
 
     def __neg__(self) -> "Jet":
         return Jet(-self.parts, self.levels)
@@ -92,8 +92,8 @@ class Jet:
     def __abs__(self) -> "Jet":
         return self * np.sign(self.value)
 
-    def __add__(self, other) -> "Jet":
-        a, b = self._beside(other)
+    def __add__(self, addend) -> "Jet":
+        a, b = self._beside(addend)
         if a.shape[: self.levels] == b.shape[: self.levels]:
             return Jet(a + b, self.levels)
         total = _room(a, b, self.levels)
@@ -103,33 +103,33 @@ class Jet:
 
     __radd__ = __add__
 
-    def __sub__(self, other) -> "Jet":
-        return self + (-other)
+    def __sub__(self, subtrahend) -> "Jet":
+        return self + (-subtrahend)
 
-    def __rsub__(self, other) -> "Jet":
-        return -self + other
+    def __rsub__(self, minuend) -> "Jet":
+        return -self + minuend
 
-    def __mul__(self, other) -> "Jet":
-        if isinstance(other, float | int | complex):
-            return Jet(self.parts * other, self.levels)
-        a, b = self._beside(other)
+    def __mul__(self, factor) -> "Jet":
+        if isinstance(factor, float | int | complex):
+            return Jet(self.parts * factor, self.levels)
+        a, b = self._beside(factor)
         return Jet(_multiply(a, b, self.levels), self.levels)
 
     __rmul__ = __mul__
 
-    def __matmul__(self, other) -> "Jet":
+    def __matmul__(self, vector) -> "Jet":
         """Of two vectors."""
-        return (self * other).sum(0)
+        return (self * vector).sum(0)
 
     __rmatmul__ = __matmul__
 
-    def __truediv__(self, other) -> "Jet":
-        if isinstance(other, Jet):
-            return self * other.reciprocal()
-        return self * (1 / np.asarray(other))
+    def __truediv__(self, divisor) -> "Jet":
+        if isinstance(divisor, Jet):
+            return self * divisor.reciprocal()
+        return self * (1 / np.asarray(divisor))
 
-    def __rtruediv__(self, other) -> "Jet":
-        return self.reciprocal() * other
+    def __rtruediv__(self, dividend) -> "Jet":
+        return self.reciprocal() * dividend
 
     def __pow__(self, power: int) -> "Jet":
         if power != 2:
@@ -137,39 +137,39 @@ class Jet:
         return self * self
 
     def reciprocal(self) -> "Jet":
-        one = 1 / self.value
-        return self.through([one, -(one**2), one**3, -(one**4)])
+        inverse = 1 / self.value
+        return self.through([inverse, -(inverse**2), inverse**3, -(inverse**4)])
 
     def through(self, taylor: list) -> "Jet":
         """A function of the jet, from its Taylor coefficients f, f', f''/2, ... at the value."""
-        rest = self.parts.copy()
-        rest[(0,) * self.levels] = 0
-        total = rest * taylor[1]
+        tangents = self.parts.copy()
+        tangents[(0,) * self.levels] = 0
+        total = tangents * taylor[1]
         total[(0,) * self.levels] += taylor[0]
-        power = rest
-        for coefficient in taylor[2 : sum(n > 1 for n in rest.shape[: self.levels]) + 1]:
-            power = _multiply(power, rest, self.levels)
+        power = tangents
+        for coefficient in taylor[2 : sum(n > 1 for n in tangents.shape[: self.levels]) + 1]:
+            power = _multiply(power, tangents, self.levels)
             total += power * coefficient
         return Jet(total, self.levels)
 
     # Comparisons are of values.
-    def __lt__(self, other):
-        return self.value < value_of(other)
+    def __lt__(self, operand):
+        return self.value < value_of(operand)
 
-    def __le__(self, other):
-        return self.value <= value_of(other)
+    def __le__(self, operand):
+        return self.value <= value_of(operand)
 
-    def __gt__(self, other):
-        return self.value > value_of(other)
+    def __gt__(self, operand):
+        return self.value > value_of(operand)
 
-    def __ge__(self, other):
-        return self.value >= value_of(other)
+    def __ge__(self, operand):
+        return self.value >= value_of(operand)
 
-    def __eq__(self, other):
-        return self.value == value_of(other)
+    def __eq__(self, operand):
+        return self.value == value_of(operand)
 
-    def __ne__(self, other):
-        return self.value != value_of(other)
+    def __ne__(self, operand):
+        return self.value != value_of(operand)
 
     __hash__ = None  # pyright: ignore[reportAssignmentType]
 
@@ -219,27 +219,27 @@ def _multiply(a: np.ndarray, b: np.ndarray, levels: int) -> np.ndarray:
     """Level by level a tangent of the product is one factor's tangent times the other's value."""
     if a.size < b.size:
         a, b = b, a
-    whole, steps = _plan(a.shape[:levels], b.shape[:levels])
-    if whole:
-        left, right, _ = steps[0]
-        total = a[left] * b[right]
+    covers_all, steps = _plan(a.shape[:levels], b.shape[:levels])
+    if covers_all:
+        of_a, of_b, _ = steps[0]
+        total = a[of_a] * b[of_b]
         steps = steps[1:]
     else:
         total = _room(a, b, levels)
-    for left, right, at in steps:
-        total[at] += a[left] * b[right]
+    for of_a, of_b, at in steps:
+        total[at] += a[of_a] * b[of_b]
     return total
 
 
 @no_type_check
 @cache
-def _plan(one: tuple[int, ...], other: tuple[int, ...]) -> tuple[bool, list]:
+def _plan(first: tuple[int, ...], second: tuple[int, ...]) -> tuple[bool, list]:
     """Which entries are multiplied, and where the products go; and whether the first product has all entries."""
     steps = []
-    for own in product(*[(False, True) if n > 1 else (False,) for n in other]):
-        # In the levels of `own` the tangents are the other factor's, else the entries are the first one's.
-        left = tuple(_VALUE if tangent else _ALL for tangent in own)
-        right = tuple(_TANGENTS if tangent else _VALUE for tangent in own)
-        at = tuple(_TANGENTS if tangent else slice(0, n) for tangent, n in zip(own, one, strict=True))
-        steps.append((left, right, at))
-    return all(m >= n for m, n in zip(one, other, strict=True)), steps
+    for by_second in product(*[(False, True) if n > 1 else (False,) for n in second]):
+        # In the levels of `by_second` the tangents are the second factor's, else the entries are the first one's.
+        of_first = tuple(_VALUE if tangent else _ALL for tangent in by_second)
+        of_second = tuple(_TANGENTS if tangent else _VALUE for tangent in by_second)
+        at = tuple(_TANGENTS if tangent else slice(0, n) for tangent, n in zip(by_second, first, strict=True))
+        steps.append((of_first, of_second, at))
+    return all(m >= n for m, n in zip(first, second, strict=True)), steps

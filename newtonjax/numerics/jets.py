@@ -37,8 +37,8 @@ def cos(number) -> Any:
 def log(number) -> Any:
     if not isinstance(number, Jet):
         return np.log(number)
-    one = 1 / number.value
-    return number.through([np.log(number.value), one, -(one**2) / 2, one**3 / 3])
+    slope = 1 / number.value
+    return number.through([np.log(number.value), slope, -(slope**2) / 2, slope**3 / 3])
 
 
 def arctan(number: Jet) -> Jet:
@@ -59,14 +59,14 @@ def zeros_like(number):
 
 
 @no_type_check
-def where(condition, one, other) -> Any:
+def where(condition, if_true, if_false) -> Any:
     """`numpy.where`; of a single truth value the number itself."""
     if np.ndim(condition) == 0:
-        return one if condition else other
-    if not isinstance(one, Jet) and not isinstance(other, Jet):
-        return np.where(condition, one, other)
-    levels = (one if isinstance(one, Jet) else other).levels
-    a, b = (_full(part, _sizes(levels, one, other)) for part in aligned(one, other))
+        return if_true if condition else if_false
+    if not isinstance(if_true, Jet) and not isinstance(if_false, Jet):
+        return np.where(condition, if_true, if_false)
+    levels = (if_true if isinstance(if_true, Jet) else if_false).levels
+    a, b = (_full(part, _sizes(levels, if_true, if_false)) for part in aligned(if_true, if_false))
     return Jet(np.where(condition, a, b), levels)
 
 
@@ -82,11 +82,11 @@ def stack(numbers, axis: int = 0) -> Any:
     return Jet(np.stack([np.broadcast_to(part, shape) for part in parts], axis + levels if axis >= 0 else axis), levels)
 
 
-def matmul(one, other) -> Any:
+def matmul(first, second) -> Any:
     """`numpy.matmul`, of jets of one level."""
-    if not isinstance(one, Jet) and not isinstance(other, Jet):
-        return one @ other
-    a, b = (number.parts if isinstance(number, Jet) else np.asarray(number)[None] for number in (one, other))
+    if not isinstance(first, Jet) and not isinstance(second, Jet):
+        return first @ second
+    a, b = (number.parts if isinstance(number, Jet) else np.asarray(number)[None] for number in (first, second))
     total = a @ b[:1] if len(a) > 1 else a @ b
     if len(a) > 1 and len(b) > 1:
         total[1:] += a[:1] @ b[1:]

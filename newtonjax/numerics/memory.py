@@ -39,9 +39,9 @@ def image_memory(shape: tuple[int, int], per_pixel: int, what: str | None = None
 
 def available(root: Path = Path("/")) -> int | None:
     """Bytes that this process may still take: the system's, or what its control groups leave; None if not known."""
-    told = [free for free in (_of_system(root), *_of_groups(root)) if free is not None]
-    if told:
-        return max(min(told), 0)
+    limits = [free for free in (_of_system(root), *_of_groups(root)) if free is not None]
+    if limits:
+        return max(min(limits), 0)
     try:
         names = os.sysconf_names
         pages = "SC_AVPHYS_PAGES" if "SC_AVPHYS_PAGES" in names else "SC_PHYS_PAGES"
@@ -56,14 +56,14 @@ def _of_system(root: Path) -> int | None:
 
 def _of_groups(root: Path) -> list[int]:
     """What is left in this process's control group and each that holds it."""
-    left = []
+    remaining = []
     for mount, limit, usage, cache in _GROUPS:
         top = root / mount.lstrip("/")
         for folder in _folders(root, top):
             most, used = _number(folder / limit), _number(folder / usage)
             if most is not None and used is not None:
-                left.append(most - used + (_named(folder / "memory.stat", cache, 1) or 0))
-    return left
+                remaining.append(most - used + (_named(folder / "memory.stat", cache, 1) or 0))
+    return remaining
 
 
 def _folders(root: Path, top: Path) -> list[Path]:

@@ -86,8 +86,8 @@ def require(name: str, value, allowed: str, test) -> None:
         raise ValueError(f"{name} is {value!r}; allowed: {allowed}")
     if not is_concrete(value) or not _numeric(value):
         return  # traced, or a placeholder with which a transformation rebuilds a module
-    given = np.asarray(value, dtype=np.float64)
-    if not np.all(test(given)):
+    concrete = np.asarray(value, dtype=np.float64)
+    if not np.all(test(concrete)):
         raise ValueError(f"{name} is {value}; allowed: {allowed}")
 
 

@@ -72,13 +72,13 @@ def aim(route: Route, setting: Setting, target: Float[Array, "2 ..."]) -> Aimed:
     Where none is found the axis stands in, so that what is computed from it stays finite. Derivatives follow from the
     implicit function theorem: forward to any order, reverse once (a Hessian is `jacfwd` of `grad`).
     """
-    here = jnp.zeros_like(target)
-    no = here[0] != 0
-    nothing = jax.eval_shape(lambda start: shoot(route, setting, start), here)
+    on_axis = jnp.zeros_like(target)
+    no = on_axis[0] != 0
+    nothing = jax.eval_shape(lambda start: shoot(route, setting, start), on_axis)
     shot = jax.tree.map(lambda like: jnp.zeros(like.shape, like.dtype), nothing)
 
     def step(state):
-        start, ended, found, lost, _, count, _ = state
+        start, ended, lands, strays, _, count, _ = state
         # One text of the ray for all steps and for the result, since it is what there is to compile: those that have
         # ended are shot again, and once more when all have.
         shot = shoot(route, setting, start)
@@ -86,22 +86,22 @@ def aim(route: Route, setting: Setting, target: Float[Array, "2 ..."]) -> Aimed:
         move = _solve(shot.slope, miss)
         # At grazing incidence a small step is a long way on the screen: both are to be small.
         small = is_small(move, start) & is_small(miss, target)
-        moved, alive = start + move, shot.landing.alive
-        hits = small & alive & jnp.isfinite(moved[0]) & jnp.isfinite(moved[1])
+        next_start, alive = start + move, shot.landing.alive
+        hits = small & alive & jnp.isfinite(next_start[0]) & jnp.isfinite(next_start[1])
         ends = ~ended & (small | (count == _STEPS - 1))
         return (
-            jnp.where(ended, start, jnp.where(ends & ~hits, 0.0, moved)),
+            jnp.where(ended, start, jnp.where(ends & ~hits, 0.0, next_start)),
             ended | ends,
-            jnp.where(ends, hits, found),
-            jnp.where(ends, alive & ~hits, lost),
+            jnp.where(ends, hits, lands),
+            jnp.where(ends, alive & ~hits, strays),
             ended.all(),
             count + 1,
             shot,
         )
 
-    begin = (here, no, no, no, jnp.zeros((), bool), 0, shot)
-    start, _, found, lost, _, _, shot = jax.lax.while_loop(lambda state: ~state[4], step, begin)
-    return Aimed(start, found, lost, shot)
+    begin = (on_axis, no, no, no, jnp.zeros((), bool), 0, shot)
+    start, _, lands, strays, _, _, shot = jax.lax.while_loop(lambda state: ~state[4], step, begin)
+    return Aimed(start, lands, strays, shot)
 
 
 @aim.defjvp
@@ -117,12 +117,12 @@ def _aim_jvp(primals, tangents) -> tuple[Aimed, Aimed]:
 
 def arrive(route: Route, setting: Setting, target: Float[Array, "2 ..."]) -> Arrival:
     """A beam, or several side by side, at points of the screen (the target, in metres)."""
-    start, found, lost, shot = aim(route, setting, target)
+    start, lands, strays, shot = aim(route, setting, target)
     landing = shot.landing
     (a, b), (c, d) = shot.slope
     spread, miss = a * d - b * c, target - landing.point
     reaches = _largest(miss) <= 1e-6 * (_largest(target) + _largest(landing.point) + 1e-6)
-    arrives = found & landing.alive & reaches & (spread != 0)
+    arrives = lands & landing.alive & reaches & (spread != 0)
     area = jnp.where(arrives, jnp.abs(spread), 1.0)
     field = shot.field * as_complex(1 / jnp.sqrt(area))
     # Fermat: what the aim still misses changes the path by its component along the ray, and no more.
@@ -134,7 +134,7 @@ def arrive(route: Route, setting: Setting, target: Float[Array, "2 ..."]) -> Arr
         jax.lax.stop_gradient(shot.quarter_turns),
         arrives,
         jnp.moveaxis(start, 0, -1),
-        lost,
+        strays,
     )
 
 

@@ -53,8 +53,10 @@ def itinerary(word: str, surfaces: int) -> Itinerary:
             )
         met, expected = int(match[2]), medium if down else medium - 1
         if met != expected or not 0 <= expected < surfaces:
-            there = f"surface {expected}" if 0 <= expected < surfaces else "no surface: the light has left the stack"
-            raise ValueError(f"beam {word!r}: at {token!r} the light meets {there}, not surface {met}")
+            expected_face = (
+                f"surface {expected}" if 0 <= expected < surfaces else "no surface: the light has left the stack"
+            )
+            raise ValueError(f"beam {word!r}: at {token!r} the light meets {expected_face}, not surface {met}")
         surface.append(met)
         before.append(medium)
         beyond.append(medium + 1 if down else medium - 1)
@@ -119,8 +121,8 @@ def words(surfaces: int, reflections: int, view: str) -> tuple[str, ...]:
     if view not in ("transmitted", "reflected"):
         raise ValueError(f"view is {view!r}; allowed: 'transmitted' or 'reflected'")
     parity = 0 if view == "transmitted" else 1
-    found = _walk(surfaces, reflections, (), 0, True)
-    return tuple(word for word in found if word.count("R") % 2 == parity)
+    every_word = _walk(surfaces, reflections, (), 0, True)
+    return tuple(word for word in every_word if word.count("R") % 2 == parity)
 
 
 def energy_on_axis(word: str, media) -> float:
@@ -142,9 +144,9 @@ def enumerate_beams(media, view: str, reflections: int = 3) -> tuple[Beam, ...]:
       view: "transmitted" or "reflected".
 
     """
-    found = words(len(media) - 1, reflections, view)
-    made = (Beam(word, name_of(word), view, energy_on_axis(word, media)) for word in found)
-    return tuple(sorted(made, key=lambda beam: -beam.energy))
+    of_view = words(len(media) - 1, reflections, view)
+    beams = (Beam(word, name_of(word), view, energy_on_axis(word, media)) for word in of_view)
+    return tuple(sorted(beams, key=lambda beam: -beam.energy))
 
 
 def tables(beams: tuple[str, ...], surfaces: int, interactions: int | None = None) -> dict[str, np.ndarray]:

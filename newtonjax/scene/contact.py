@@ -14,8 +14,8 @@ def hertz_gap(r2: Float[Array, "..."], a2: Float[Array, "..."]) -> Float[Array, 
     pressed one at zero with the same slope. Value and first derivatives are finite everywhere, the centre, the disc's
     edge and a2 = 0 included. Valid while a and r are small against the radius.
     """
-    sine, cosine, disc, far = _angle(r2, a2)
-    pressed = far - 2 * disc + (2 / jnp.pi) * ((2 * disc - far) * jnp.arcsin(sine) + far * sine * cosine)
+    sine, cosine, disc, clipped = _angle(r2, a2)
+    pressed = clipped - 2 * disc + (2 / jnp.pi) * ((2 * disc - clipped) * jnp.arcsin(sine) + clipped * sine * cosine)
     return jnp.where(a2 > 0, pressed, r2 - 2 * a2)
 
 
@@ -32,5 +32,5 @@ def _slope(primals, tangents):
 def _angle(r2, a2):
     """Sine and cosine of asin(a/r), the disc's a², and r² but at least a²: inside of the disc all is as at its edge."""
     disc = jnp.maximum(a2, jnp.finfo(jnp.result_type(float)).tiny)
-    far = jnp.maximum(r2, disc)
-    return jnp.sqrt(disc / far), jnp.sqrt(1 - disc / far), disc, far
+    clipped = jnp.maximum(r2, disc)
+    return jnp.sqrt(disc / clipped), jnp.sqrt(1 - disc / clipped), disc, clipped

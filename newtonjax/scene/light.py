@@ -94,11 +94,11 @@ def shares(light: Light) -> Float[Any, "2"]:
 
 def mutual(
     weights: Float[Any, "2"],
-    one: Complex[Any, "... 3 2"],
-    two: Complex[Any, "... 3 2"],
+    first: Complex[Any, "... 3 2"],
+    second: Complex[Any, "... 3 2"],
 ) -> Complex[Any, "..."]:
-    """2 Two·One*, the envelope of the fringes of two fields, summed over components with their shares."""
-    each = (two * one.conj()).sum(axis=-2)
+    """2 Second·First*, the envelope of the fringes of two fields, summed over components with their shares."""
+    each = (second * first.conj()).sum(axis=-2)
     return 2 * (each * as_complex(weights)).sum(axis=-1)
 
 

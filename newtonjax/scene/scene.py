@@ -90,8 +90,8 @@ def choose_beams(
         return chosen
     if not is_concrete(scene.media):
         raise ValueError("the media are traced, so that beam energies have no value yet; choose the beams outside")
-    found = enumerate_beams(scene.media, scene.view, reflections)
-    chosen = found[:number] if energy is None else tuple(beam for beam in found if beam.energy >= energy)
+    candidates = enumerate_beams(scene.media, scene.view, reflections)
+    chosen = candidates[:number] if energy is None else tuple(beam for beam in candidates if beam.energy >= energy)
     if not chosen:
-        raise ValueError(f"no beam is left of {len(found)}; the strongest has energy {found[0].energy:.3g}")
+        raise ValueError(f"no beam is left of {len(candidates)}; the strongest has energy {candidates[0].energy:.3g}")
     return replace(scene, beams=tuple(beam.word for beam in chosen))

@@ -128,8 +128,8 @@ def test_no_package_asserts_where_it_should_refuse(name):
 
 # Still to be brought down, so these may only fall. Functions with names that say how a value came about, parameters
 # too, in percent (wanted: 8 in both); lines that address a number of the fit by its place (wanted: none).
-VAGUE = {"newtonjax": 15.5, "fitting": 27.0}
-POSITIONS = 2
+VAGUE = {"newtonjax": 5.5, "fitting": 20.0}
+POSITIONS = 0
 
 
 @pytest.mark.parametrize("package", PACKAGES)
