@@ -27,6 +27,7 @@ from fitting.estimate.illumination import finest as finest
 from fitting.estimate.illumination import problem_of as problem_of
 from fitting.estimate.illumination import robust_fit as robust_fit
 from fitting.estimate.illumination import sharpened as sharpened
+from fitting.estimate.optimum import SHAPES as SHAPES
 from fitting.estimate.optimum import NormalMatrix as NormalMatrix
 from fitting.estimate.optimum import bends as bends
 from fitting.estimate.optimum import normal_matrix as normal_matrix

@@ -19,6 +19,8 @@ from fitting.photo import Reduced
 # With fewer fringes than this a background of high degree imitates them; then these degrees of background and contrast.
 FEW = 4.0
 _SHAPES = ((0, 0), (1, 1), (2, 2))
+# Higher degrees then only finish the fit: what moves the scale by more than this is another optimum.
+_NEAR = 0.15
 # How often moments are taken anew in one solve, at most.
 ROUNDS = 15
 # A step that promises a smaller drop of chi-squared [variances] is the last one before degrees or weights are known.
@@ -160,7 +162,7 @@ def _illuminated(
     Many fringes tell it at once: the degrees are chosen on the optimum of full degree. A few are imitated by a
     background of high degree, and that optimum may be a false one: then every shape up to the second degree is fitted,
     from every start and from the others' optima, and the least Bayesian information criterion of the fits themselves
-    decides.
+    decides; higher degrees then may join next to that optimum.
     """
     problem = problem_of(model, fixed, parts)
     phase = problem.phase.fields(starts[0]).phase
@@ -178,7 +180,13 @@ def _illuminated(
 
     for best in sorted(tried, key=criterion)[:2]:
         tried += [converge(one, reduced, best.numbers) for one in shapes]
-    return min(tried, key=criterion)
+    best = min(tried, key=criterion)
+    # Light of a high degree may take the fringes' place, and leave their numbers to run away.
+    with np.errstate(over="ignore", invalid="ignore"):
+        finer = converge(problem, reduced, best.numbers)
+        tried.append(finer)
+        is_near = abs(finer["curvature"] / best["curvature"] - 1) < _NEAR
+        return finer if is_near and criterion(finer) < criterion(best) else best
 
 
 def converge(problem: Problem, reduced: Reduced, numbers: np.ndarray, rounds: int = ROUNDS) -> Solution:

@@ -23,6 +23,7 @@ from fitting.parameters import (
     says_its_origin,
 )
 from fitting.photo import Photograph, block_size, pixels_of, read, reduce
+from fitting.photograph.light import with_richer_light
 from fitting.photograph.result import FitResult
 from fitting.photograph.second_look import rings_in_the_middle
 from fitting.photograph.selection import Choice, adapt, checked_parts
@@ -125,6 +126,7 @@ def fit(
         return refused(reason, photograph, began)
     if photograph.is_uniform:
         return refused("the image is uniform: there are no fringes", photograph, began)
+    guided = bool(fixed or start)
     with x64(), one_blas_thread():
         coarse = view_of(photograph)
         rings = _start(photograph, known, start, coarse)
@@ -137,13 +139,13 @@ def fit(
             photograph, rings = middle
         held, pinned = fixed if scene is None else {}, 0.5 if view == "reflected" else 0.0
         plain = _plain(photograph, rings, known, view, held)
-        choice = _of_gap(plain, photograph, rings, known, wishes, pinned, scene)
+        choice = _of_gap(plain, photograph, rings, known, wishes, pinned, scene, guided)
         if transfer is None and (linear := linearized(photograph, choice.found)) is not None:
             photograph = linear
             plain = _plain(photograph, rings, known, view, held, plain)
-            choice = _of_gap(plain, photograph, rings, known, wishes, pinned, scene, choice.found)
+            choice = _of_gap(plain, photograph, rings, known, wishes, pinned, scene, guided, choice.found)
         choice = choice._replace(found=sharpened(finely(choice.found, photograph)))
-        if reason := why_refused(choice.found, photograph, rings):
+        if reason := why_refused(choice.found, photograph, rings, guided):
             return refused(reason, photograph, began)
         if scene is not None:
             alone = choice.found
@@ -156,6 +158,8 @@ def fit(
                 return refused(reason, photograph, began)
             choice = adapt(found, photograph, wishes | {"contact": False}, pinned)
             choice = choice._replace(found=finely(choice.found, photograph))
+        if choice.found.orders < FEW:
+            choice = with_richer_light(choice)
         return summarize(photograph, known, view, choice, began)
 
 
@@ -196,7 +200,9 @@ def _plain(
     return finely(_fit_gap(photograph, rings, known, view, fixed, before), photograph)
 
 
-def _of_gap(plain: Fitted, photograph, rings: Rings, known, wishes: dict, pinned: float, scene, before=None) -> Choice:
+def _of_gap(
+    plain: Fitted, photograph, rings: Rings, known, wishes: dict, pinned: float, scene, guided: bool, before=None
+) -> Choice:
     """A fit of the gap formula with the parts that it needs, next to one without.
 
     A bench has parts of its own: then, as without a pixel size, where a distortion has nothing to be measured against,
@@ -204,7 +210,7 @@ def _of_gap(plain: Fitted, photograph, rings: Rings, known, wishes: dict, pinned
     what is left with them.
     """
     scaled = scene is None and known.unknown is not None
-    refused_plain = "" if scaled else why_refused(plain, photograph, rings)
+    refused_plain = "" if scaled else why_refused(plain, photograph, rings, guided)
     if refused_plain and plain.orders < FEW and not any(wishes.values()):
         # Parts may imitate whatever so few fringes leave over.
         return Choice(plain, {})

@@ -20,6 +20,7 @@ _ADVICE = {
     "contact": "press less, or leave the rings next to the disc out by a mask",
     "sodium's two lines": "fewer rings, or a laser",
     "view of a steep sphere": "give the bench as a scene",
+    "light behind few fringes": "more rings in the picture, or more even light",
     "model": "look at the residual picture; mask what is not of one ring system, or take more rings",
 }
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fitting.estimate import FEW, Fitted, correlation
+from fitting.estimate import FEW, SHAPES, Fitted, correlation
 from fitting.finding import Rings, plane_wave, view_of
 from fitting.parameters import Numbers, Quantities, lensless
 from fitting.photo import Photograph, noise_variance, pixels_of
@@ -14,14 +14,23 @@ _POOR, _NONE = 0.3, 0.12
 _DOUBTFUL, _TOGETHER, _BLOCKS = 0.55, 3.5, (8, 16)
 # Straight fringes behind a camera's distortion of a few percent bend by so many turns, and so many more a fringe.
 _BEND, _WARPED = 0.15, 0.03
-# So few of them are judged by whether their curvature is determined.
+# The search's scale of so few of them says nothing about their bend; the fit's does.
 _FEW_STRAIGHT = 3.6
-# Share of the variance that a few fringes may leave over as structure, and how much less than two may err together.
-_STRUCTURE, _ALIKE = 0.02, 3.0
+# Fewer fringes than this do not determine their scale unless a person tells where they are: of made pictures
+# (`experiments/truth/few_fringes.py`) with 1 to 1.5 some locked 16 to 30 % off behind uneven light, and left nothing
+# over that shows it. A person who gives a start or holds a number needs one.
+_FEWEST, _FEWEST_GUIDED = 1.5, 1.0
+# Share of the variance that a few fringes may leave over as structure; it grows with their number by this power, up to
+# that of many (of a photograph with 7 fringes 14 %, of ellipses with 5 to 6 up to 32 %). And how much less than two may
+# err together.
+_STRUCTURE, _GROWTH, _ALIKE = 0.02, 3.6, 3.0
 
 
-def why_refused(found: Fitted, photograph: Photograph, rings: Rings) -> str:
-    """Why no radius can be had from a fit of the gap formula; empty where one can."""
+def why_refused(found: Fitted, photograph: Photograph, rings: Rings, guided: bool = False) -> str:
+    """Why no radius can be had from a fit of the gap formula; empty where one can.
+
+    `guided`: a person gave a start or held values, and so has seen rings.
+    """
     frame = found.model.frame
     numbers = Numbers(*found.numbers)
     scale, offsets = float(numbers.curvature) / frame.unit**2, (float(numbers.centre_x), float(numbers.centre_y))
@@ -35,18 +44,31 @@ def why_refused(found: Fitted, photograph: Photograph, rings: Rings) -> str:
     if explained < _NONE:
         return f"no rings: fringes of any radius and centre explain {max(explained, 0):.1%} of the variance at best"
     for k, c in ((rings.scale, rings.centre), (scale, (x, y))):
-        if bend := _straight(photograph.mask, k, c):
+        if bend := _straight(photograph.mask, k, c, _FEW_STRAIGHT):
             return bend
-    if orders < 1:
-        return f"the image holds {orders:.2g} of a fringe; a radius needs at least one"
+    if orders < (least := _FEWEST_GUIDED if guided else _FEWEST):
+        way_out = "" if guided else ", or give start or fixed values"
+        return (
+            f"the image holds {orders:.3g} fringes, and their scale is not determined: at least {least:g} are needed; "
+            f"take more rings into the picture, or a larger field{way_out}"
+        )
     if scale <= 0:
         return "the rings' curvature is not determined"
-    return _locked_badly(found, explained, orders)
+    if not guided and (bend := _straight(photograph.mask, scale, (x, y), 0.0)):
+        return bend
+    return _locked_badly(found, explained, orders, guided)
 
 
-def _locked_badly(found: Fitted, explained: float, orders: float) -> str:
+def _most_structure(orders: float, guided: bool) -> float:
+    """Share of the variance that so many fringes may leave over as structure."""
+    growth = np.inf if guided and orders >= FEW else max(orders / FEW, 1.0) ** _GROWTH
+    return min(_STRUCTURE * growth, 1 - _DOUBTFUL)
+
+
+def _locked_badly(found: Fitted, explained: float, orders: float, guided: bool) -> str:
     """That what the fringes leave over has structure which no radius explains; empty where it is as it should be."""
-    if explained >= _DOUBTFUL and orders >= FEW:
+    most = _most_structure(orders, guided)
+    if explained >= 1 - most and orders >= FEW:
         return ""
     left = found.left
     inflation = correlation(found.reduced.grid, left.value, left.weights, _BLOCKS)
@@ -57,13 +79,18 @@ def _locked_badly(found: Fitted, explained: float, orders: float) -> str:
             f"the fringes of a sphere explain {explained:.0%} of the variance and what is left has structure: "
             "these are not the rings of one sphere"
         )
-    if orders >= FEW:
+    if orders >= FEW and (share < most or inflation <= _TOGETHER):
         return ""
-    if share < _STRUCTURE and (orders >= 2 or inflation < _ALIKE):
+    if not guided and orders < FEW and found.shape == SHAPES[-1]:
+        return (
+            f"{orders:.1f} fringes lie in light so uneven that it may pass for some: at least {FEW:g} are needed; take "
+            "more rings into the picture, light it more evenly, or give start or fixed values"
+        )
+    if share < most and (orders >= 2 or inflation < _ALIKE):
         return ""
     return (
         f"{orders:.1f} fringes leave {max(share, 0):.1%} of the variance over as structure: with so few of them that "
-        "may be curvature, or no rings at all; take more rings into the picture"
+        "may be curvature, or no rings at all; take more rings into the picture, or a larger field"
     )
 
 
@@ -72,15 +99,15 @@ def _squared_distance(mask: np.ndarray, centre: tuple[float, float]) -> np.ndarr
     return (x - centre[0]) ** 2 + (y - centre[1]) ** 2
 
 
-def _straight(mask: np.ndarray, scale: float, centre: tuple[float, float]) -> str:
-    """That many fringes cross the field without bending as rings do: then their curvature may be none. Else empty."""
+def _straight(mask: np.ndarray, scale: float, centre: tuple[float, float], fewest: float) -> str:
+    """That more fringes than the fewest cross the field without bending as rings do: they may be straight."""
     x, y = pixels_of(mask)
     orders = abs(scale) * float(np.ptp(_squared_distance(mask, centre)))
     bend = abs(scale) * float(_squared_distance(mask, (float(x.mean()), float(y.mean()))).max())
-    if bend >= min(1.0, _BEND + _WARPED * orders) or orders <= _FEW_STRAIGHT:
+    if bend >= min(1.0, _BEND + _WARPED * orders) or orders <= fewest:
         return ""
     return (
-        f"the fringes are straight: over {orders:.0f} of them the curvature bends one by {bend:.2g} of their distance; "
+        f"the fringes are straight: over {orders:.2g} of them the curvature bends one by {bend:.2g} of their distance; "
         "a radius needs rings or arcs"
     )
 
