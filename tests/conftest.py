@@ -39,10 +39,11 @@ def pytest_configure(config):
     costs.register(config)
 
 
-# The modules that take longest, so that no worker begins one of them when the other has nothing left to do.
+# The modules that take longest where nothing is compiled yet, longest first, so that no worker begins one of them when
+# the other has nothing left to do.
 LONGEST = (
-    *("sensitivity", "design", "spread", "implicit", "fit", "sharding", "gradients", "mcmc", "splatting", "methods"),
-    *("derivatives", "information", "awkward", "blocks", "photographs", "single", "imaging", "extremes"),
+    *("mcmc", "implicit", "sharding", "gradients", "splatting", "derivatives", "awkward", "design", "methods"),
+    *("single", "spread", "fit", "tradeoff", "render_verb", "html", "packed", "imaging", "reticle", "photographs"),
 )
 
 
