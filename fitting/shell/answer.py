@@ -45,7 +45,7 @@ class Outputs(NamedTuple):
             output.make_folder(self.folder)
         output.check_free([*self.in_folder().values(), *filter(None, [self._json_path()])], self.force, keep=keep)
 
-    def write(self, result, extras: Extras | None = None, drawn: bytes = b"") -> int:
+    def write(self, result, extras: Extras | None = None, picture_bytes: bytes = b"") -> int:
         """Print the report, or why there is no answer, and write the files that were asked for; the exit status.
 
         `extras`: more for the answer, for the text, and for the folder; `drawn`: the picture, if it is drawn already.
@@ -59,8 +59,8 @@ class Outputs(NamedTuple):
         if path := self._json_path():
             output.write(path, answer, self.force)
         if self.folder is not None:
-            drawn = self._write_result(result, extras, drawn)
-            for name, content in (extras.files(drawn) if extras.files and drawn else {}).items():
+            picture_bytes = self._write_result(result, extras, picture_bytes)
+            for name, content in (extras.files(picture_bytes) if extras.files and picture_bytes else {}).items():
                 output.write(self.in_folder()[name], content, self.force)
         if status:
             print(f"newtonjax: {result.status}: {' '.join(result.message.split())}", file=sys.stderr)
@@ -70,15 +70,15 @@ class Outputs(NamedTuple):
         """Write to the folder what is complete before longer work starts; the picture, empty without one."""
         return b"" if self.folder is None else self._write_result(result, Extras())
 
-    def _write_result(self, result, extras: Extras, drawn: bytes = b"") -> bytes:
+    def _write_result(self, result, extras: Extras, picture_bytes: bytes = b"") -> bytes:
         paths, (answer, text) = self.in_folder(), _texts(result, extras)
         output.write(paths["report"], text + "\n", self.force)
         output.write(paths["json"], answer, self.force)
         if _EXIT[result.status] == 3:
             return b""
-        drawn = drawn or as_png(result.figure())
-        output.write(paths["picture"], drawn, self.force)
-        return drawn
+        picture_bytes = picture_bytes or as_png(result.figure())
+        output.write(paths["picture"], picture_bytes, self.force)
+        return picture_bytes
 
     def _json_path(self) -> Path | None:
         return None if self.json in (None, "-") else Path(str(self.json))

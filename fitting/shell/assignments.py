@@ -7,15 +7,15 @@ _EXAMPLES = {"--vary": "400nm:700nm", "--known": "0.1nm", "--choose": "532nm,589
 
 def pairs(option: str, texts: list[str]) -> list[tuple[str, str]]:
     """(name, what it is given) of each text; several names may stand in one, with spaces between."""
-    found = []
-    for text in (part for whole in texts for part in whole.split()):
+    assignments = []
+    for text in (part for group in texts for part in group.split()):
         name, equals, value = text.partition("=")
         if not (name and equals and value):
             raise ValueError(f"{option} {text!r}: give NAME=..., such as wavelength={_EXAMPLES[option]}")
-        found.append((name.replace("-", "_"), value))
-    if twice := {name for name, _ in found if [n for n, _ in found].count(name) > 1}:
+        assignments.append((name.replace("-", "_"), value))
+    if twice := {name for name, _ in assignments if [n for n, _ in assignments].count(name) > 1}:
         raise ValueError(f"{option} names {sorted(twice)[0]} twice; give it once")
-    return found
+    return assignments
 
 
 def span(name: str, text: str, units: dict[str, str]) -> tuple[float, float]:

@@ -59,10 +59,10 @@ def _parameter(argument: Argument) -> inspect.Parameter:
 
 def _shown(name: str) -> str:
     """The default of an option; of each scene, where these differ."""
-    shown = {item.shown: item.benches for item in ARGUMENTS if item.name == name}
-    first, *others = shown
+    benches_by_text = {item.shown: item.benches for item in ARGUMENTS if item.name == name}
+    first, *further = benches_by_text
     scenes = {bench: scene for scene, bench in SCENES.items()}
-    return "; ".join([first, *(f"{scenes[shown[other][0]]}: {other}" for other in others)])
+    return "; ".join([first, *(f"{scenes[benches_by_text[text][0]]}: {text}" for text in further)])
 
 
 def _reader(argument: Argument) -> Callable[[str], Any]:

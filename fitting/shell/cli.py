@@ -193,8 +193,8 @@ def scale(
     from fitting.shell import scale_verb
     from fitting.shell.answer import Outputs
 
-    given = {"division": division, "division_sd": division_sd, "transfer": transfer}
-    return scale_verb.run(reticle, given, Outputs(json, output_dir, force))
+    options = {"division": division, "division_sd": division_sd, "transfer": transfer}
+    return scale_verb.run(reticle, options, Outputs(json, output_dir, force))
 
 
 @app.command()
@@ -237,7 +237,7 @@ def rings(
     from fitting.shell import rings_verb
     from fitting.shell.answer import Outputs
 
-    given = {
+    options = {
         "wavelength": wavelength.within(1.0),
         "wavelength_sd": wavelength_sd,
         "pixel_size": pixel_size,
@@ -251,7 +251,7 @@ def rings(
         "expected_radius": expected_radius,
         "columns": own_columns(column or []),
     }
-    return rings_verb.run(table, given, Outputs(json, output_dir, force))
+    return rings_verb.run(table, options, Outputs(json, output_dir, force))
 
 
 app.command()(tradeoff)

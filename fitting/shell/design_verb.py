@@ -24,7 +24,7 @@ def run(path: Path, pixels: tuple, ranges: dict, limits: dict, search: dict, fol
     """Search, print the design, write the files; the exit status."""
     session.prepare()
     session.keep_rays()
-    scene, camera, said = session.scene_and_camera(path, *pixels)
+    scene, camera, camera_line = session.scene_and_camera(path, *pixels)
     files = output.files_of(folder, _FILES, force, (path,))
     units = {name: knob.unit for name, knob in with_field(camera, knobs(scene, camera)).items()}
     target = search["minimize"].removesuffix("_sd")
@@ -34,7 +34,7 @@ def run(path: Path, pixels: tuple, ranges: dict, limits: dict, search: dict, fol
         low, high = assignments.span(target, ranges["over"], units)
         over = np.geomspace(low, high, _OVER) if low > 0 else np.linspace(low, high, _OVER)
     with steps("searching") as report:
-        found = design(
+        result = design(
             scene,
             camera,
             vary,
@@ -43,7 +43,7 @@ def run(path: Path, pixels: tuple, ranges: dict, limits: dict, search: dict, fol
             over=over,
             robust=search["robust"],
             choose={
-                name: [assignments.number(name, one, units) for one in text.split(",")]
+                name: [assignments.number(name, value_text, units) for value_text in text.split(",")]
                 for name, text in assignments.pairs("--choose", ranges["choose"])
             },
             pixels_per_fringe=limits["pixels_per_fringe"],
@@ -52,13 +52,16 @@ def run(path: Path, pixels: tuple, ranges: dict, limits: dict, search: dict, fol
             starts=search["starts"],
             report=lambda share: report(round(100 * share), 100),
         )
-    print(f"sensor, {said}\n{found}")
+    print(f"sensor, {camera_line}\n{result}")
     if files:
-        answer = {"scene_before": str(path), **{k: v for k, v in asdict(found).items() if k not in ("scene", "camera")}}
-        answer |= {"shape": found.camera.shape, "pixel_size_m": float(found.camera.pixel_size)}
-        bench = scene_text(found.scene, found.camera)
+        answer = {
+            "scene_before": str(path),
+            **{k: v for k, v in asdict(result).items() if k not in ("scene", "camera")},
+        }
+        answer |= {"shape": result.camera.shape, "pixel_size_m": float(result.camera.pixel_size)}
+        bench = scene_text(result.scene, result.camera)
         for file, content in zip(
-            files, (_csv(found), output.json_text(answer), as_png(figure(found)), bench), strict=True
+            files, (_csv(result), output.json_text(answer), as_png(figure(result)), bench), strict=True
         ):
             output.write(file, content, force)
     return 0
@@ -72,37 +75,37 @@ def _rings(text: str) -> tuple[float, float]:
         raise ValueError(f"--rings {text!r}: give LEAST:MOST, such as 3:60, or 3:") from None
 
 
-def _csv(found: Design) -> str:
+def _csv(result: Design) -> str:
     text = io.StringIO(newline="")
     writer = csv.writer(text)
     writer.writerow(["name", "unit", "designed", "before"])
-    for name, value in found.values.items():
-        writer.writerow([name, found.units[name], value, found.before[name]])
-    writer.writerow([f"{found.target}_relative_sd", "", found.relative_sd, found.before_sd])
+    for name, value in result.values.items():
+        writer.writerow([name, result.units[name], value, result.before[name]])
+    writer.writerow([f"{result.target}_relative_sd", "", result.relative_sd, result.before_sd])
     return text.getvalue()
 
 
-def figure(found: Design):
+def figure(result: Design):
     """The image that the design takes, what its limits use, and what each start ended with."""
     from matplotlib.figure import Figure
 
-    made = Figure(figsize=(11, 3.8), layout="constrained")
-    image, limits, starts = made.subplots(1, 3)
-    shape = found.camera.shape
-    extent = 1e3 * float(found.camera.pixel_size) * np.array([-shape[1], shape[1], -shape[0], shape[0]]) / 2
-    image.imshow(np.asarray(nj.render(found.scene, found.camera)), cmap="gray", extent=extent)
+    canvas = Figure(figsize=(11, 3.8), layout="constrained")
+    image, limits, starts = canvas.subplots(1, 3)
+    shape = result.camera.shape
+    extent = 1e3 * float(result.camera.pixel_size) * np.array([-shape[1], shape[1], -shape[0], shape[0]]) / 2
+    image.imshow(np.asarray(nj.render(result.scene, result.camera)), cmap="gray", extent=extent)
     image.set(title=f"the designed image, {shape[0]} x {shape[1]} pixels", xlabel="x on the screen [mm]")
-    names = [name for name, used in found.used.items() if used > 0.01][::-1]
-    used = [100 * found.used[name] for name in names]
+    names = [name for name, used in result.used.items() if used > 0.01][::-1]
+    used = [100 * result.used[name] for name in names]
     colors = ["tab:red" if value > 99.9 else "tab:blue" for value in used]
     limits.barh(range(len(names)), used, color=colors, height=0.6)
     limits.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
     limits.axvline(100, color="0.4", lw=1)
     limits.set(title="limits", xlabel="used [%] (red: binds)", xlim=(0, 110))
-    starts.semilogy(range(1, len(found.starts) + 1), found.starts, "o", color="tab:blue", label="ends of searches")
-    if found.before_sd is not None:
-        starts.axhline(found.before_sd, color="0.5", ls="--", label="the bench as it was")
-    starts.axhline(found.relative_sd, color="tab:red", lw=1, label="the design")
-    starts.set(title=f"expected relative sd of the {found.target}", xlabel="search, best first")
+    starts.semilogy(range(1, len(result.starts) + 1), result.starts, "o", color="tab:blue", label="ends of searches")
+    if result.before_sd is not None:
+        starts.axhline(result.before_sd, color="0.5", ls="--", label="the bench as it was")
+    starts.axhline(result.relative_sd, color="tab:red", lw=1, label="the design")
+    starts.set(title=f"expected relative sd of the {result.target}", xlabel="search, best first")
     starts.legend(fontsize=8)
-    return made
+    return canvas

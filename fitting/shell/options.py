@@ -26,25 +26,25 @@ def option(parse: Callable[[str], Any], metavar: str, what: str, default: str = 
 
 def one_by_one(arguments: list[str]) -> list[str]:
     """`--vary a=1 b=2` as `--vary a=1 --vary b=2`: of the options that take NAME=VALUE."""
-    made, option = [], ""
+    separated, option = [], ""
     for argument in arguments:
         if argument.startswith("-"):
             option = argument if argument in ("--vary", "--known", "--choose") else ""
-        elif option and "=" in argument and made[-1] != option:
-            made.append(option)
-        made.append(argument)
-    return made
+        elif option and "=" in argument and separated[-1] != option:
+            separated.append(option)
+        separated.append(argument)
+    return separated
 
 
 def own_columns(texts: list[str]) -> dict[str, str]:
     """A table's own names of columns, of `--column diameter_mm=D`."""
-    found = {}
+    columns = {}
     for text in texts:
-        name, sign, own = (part.strip() for part in text.partition("="))
-        if not (name and sign and own):
+        name, sign, column = (part.strip() for part in text.partition("="))
+        if not (name and sign and column):
             raise ValueError(f"--column {text!r}; give NAME=COLUMN, such as diameter_mm=D")
-        found[name] = own
-    return found
+        columns[name] = column
+    return columns
 
 
 def _transfer(text: str) -> float | str:

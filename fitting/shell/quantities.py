@@ -97,5 +97,5 @@ def _factor(unit: str, kind: str) -> float | None:
         return None
     # Root units, not dimensions: to pint an angle is dimensionless, and so is a percentage. And by name: to pint a
     # pixel is the 96th part of an inch.
-    known = str(registry.parse_units(unit)).endswith(_KNOWN[kind])
-    return float(root.magnitude) if known and root.units == base else None
+    supported = str(registry.parse_units(unit)).endswith(_KNOWN[kind])
+    return float(root.magnitude) if supported and root.units == base else None

@@ -78,7 +78,7 @@ def run(request: Request) -> int:
         image_memory(camera.shape, _BYTES)
     with progress("rendering"):
         chosen = _choose(scene, camera, request.how)
-        parts = _parts(chosen, camera, whole=kind not in _TIFF)
+        parts = _parts(chosen, camera, in_memory=kind not in _TIFF)
         developed, white, noise = _develop(parts, camera, request.seed, from_file, chosen.splatted)
         if kind in _TIFF:
             tiff.write(request.output, camera.shape, developed, request.bits, request.force)
@@ -158,12 +158,12 @@ def _asked_for(scene: nj.Scene, camera: nj.Camera, name: str, how: How) -> Chose
     return Chosen(scene, method, phase, intensity, reason)
 
 
-def _parts(chosen: Chosen, camera: nj.Camera, whole: bool) -> Iterable[tuple[int, np.ndarray]]:
-    """The image in blocks of rows; not kept but computed anew each time, where it need not be whole in memory."""
+def _parts(chosen: Chosen, camera: nj.Camera, in_memory: bool) -> Iterable[tuple[int, np.ndarray]]:
+    """The image in blocks of rows; not kept but computed anew each time, where memory need not hold it."""
     if chosen.splatted:
         return [(0, np.asarray(chosen.splatted.image))]
-    made = nj.blocks(chosen.scene, camera, chosen.method)
-    return list(made) if whole or made.rows == camera.shape[0] else made
+    blocks = nj.blocks(chosen.scene, camera, chosen.method)
+    return list(blocks) if in_memory or blocks.rows == camera.shape[0] else blocks
 
 
 def _develop(
@@ -211,15 +211,15 @@ def _say(request: Request, camera: nj.Camera, chosen: Chosen, white: float, nois
     print(f"noise: {noise}")
 
 
-def _say_pairs(found: Splatted, beams: int) -> None:
-    pairs = found.pairs
-    print(f"phase error of its pairs: {found.error:.2g} turns; a pixel shows their mean, whatever their density")
+def _say_pairs(splatted: Splatted, beams: int) -> None:
+    pairs = splatted.pairs
+    print(f"phase error of its pairs: {splatted.error:.2g} turns; a pixel shows their mean, whatever their density")
     if beams > 2:
         print(f"warning: the mean of the pairs of {beams} beams is not the sum of their fields, which traced shows")
     print(
         f"pairs: {pairs.emitted} emitted, {pairs.paired} paired, {pairs.apart} too far apart, {pairs.outside} out of "
-        f"the frame, {pairs.lost} lost, of {' x '.join(map(str, found.source.nodes))} source nodes "
-        f"{found.source.step * 1e6:g} um apart"
+        f"the frame, {pairs.lost} lost, of {' x '.join(map(str, splatted.source.nodes))} source nodes "
+        f"{splatted.source.step * 1e6:g} um apart"
     )
-    if found.unpaired.any():
-        print(f"warning: {why_unpaired(found)}")
+    if splatted.unpaired.any():
+        print(f"warning: {why_unpaired(splatted)}")

@@ -80,9 +80,9 @@ class SavedProgram:
         fresh = _named(self._function.__wrapped__, name)  # JAX refuses options of a program within a program
         try:
             program = jax.jit(fresh, compiler_options=self._options).lower(*arguments).compile()
-            code, taken, given = serialize(program)
-            result = jax.tree.unflatten(given, range(given.num_leaves))
-            jax.block_until_ready(deserialize_and_load(code, taken, given)(*arguments))
+            code, in_tree, out_tree = serialize(program)
+            result = jax.tree.unflatten(out_tree, range(out_tree.num_leaves))
+            jax.block_until_ready(deserialize_and_load(code, in_tree, out_tree)(*arguments))
         except Exception:  # not every backend can
             return None
         with contextlib.suppress(OSError):

@@ -8,13 +8,13 @@ from fitting.shell.answer import Outputs
 from fitting.shell.progress import progress
 
 
-def run(photo: Path, given: dict, outputs: Outputs) -> int:
+def run(photo: Path, options: dict, outputs: Outputs) -> int:
     """Measure, report, write; the exit status."""
     if not photo.is_file():
         raise FileNotFoundError(f"{photo} is no file; give the path of a photograph of a grid")
     outputs.check((photo,))
     with progress(f"measuring {photo.name}"):
-        result = fitting.scale(photo, **given)
+        result = fitting.scale(photo, **options)
     return outputs.write(result)
 
 
@@ -26,8 +26,8 @@ def from_file(path: Path) -> dict[str, float]:
     if not path.is_file():
         raise FileNotFoundError(f"{path} is no file; give the JSON that `newtonjax scale` wrote")
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-        size, sd = float(found["pixel_size_m"]), float(found["pixel_size_sd_m"])
+        content = json.loads(path.read_text(encoding="utf-8"))
+        size, sd = float(content["pixel_size_m"]), float(content["pixel_size_sd_m"])
     except (ValueError, KeyError, TypeError) as error:
         raise ValueError(f"{path} holds no pixel_size_m with pixel_size_sd_m; make it by `newtonjax scale`") from error
     return {"pixel_size": size, "pixel_size_sd": sd}

@@ -34,29 +34,29 @@ def run(
     """Compute, print the tables, write the files; the exit status."""
     session.prepare()
     session.keep_rays()
-    scene, camera, said = session.scene_and_camera(path, *pixels)
+    scene, camera, camera_line = session.scene_and_camera(path, *pixels)
     files = output.files_of(folder, (*_FILES, *(_OF_DRAWS if known else ())), force, (path,))
-    there = knobs(scene, camera)
+    bench_numbers = knobs(scene, camera)
     names = FREE if free is None else _names_of(free)
-    given = assignments.known(known, {name: knob.unit for name, knob in there.items()})
-    if given:
-        errors(there, given, free_beside(target, names, there), draws or _DRAWS)
+    deviations = assignments.known(known, {name: knob.unit for name, knob in bench_numbers.items()})
+    if deviations:
+        errors(bench_numbers, deviations, free_beside(target, names, bench_numbers), draws or _DRAWS)
     elif draws is not None:
         raise ValueError("--draws goes with --known NAME=SD, which says what is drawn")
     with progress("differentiating"):
-        found = sensitivity(scene, camera, target, accuracy, names)
-        shown = [target, *(one.name for one in found.neglected[:_PICTURES])]
-        images = derivative_images(scene, camera, shown) if files else {}
-    print(f"{said}\n{found}")
+        result = sensitivity(scene, camera, target, accuracy, names)
+        pictured = [target, *(row.name for row in result.neglected[:_PICTURES])]
+        images = derivative_images(scene, camera, pictured) if files else {}
+    print(f"{camera_line}\n{result}")
     if files:
-        answer = {"scene": str(path), **asdict(found)}
-        _write(files, (_csv(found), output.json_text(answer), as_png(figure(found, images))), force)
-    if given:
+        answer = {"scene": str(path), **asdict(result)}
+        _write(files, (_csv(result), output.json_text(answer), as_png(figure(result, images))), force)
+    if deviations:
         with steps("fitting") as report:
             spreads = spread(
                 scene,
                 camera,
-                given,
+                deviations,
                 target,
                 names,
                 draws=draws or _DRAWS,
@@ -81,94 +81,103 @@ def _names_of(texts: list[str]) -> list[str]:
     return [name for text in texts for name in text.split(",")]
 
 
-def _csv(found: Sensitivity) -> str:
+def _csv(result: Sensitivity) -> str:
     text = io.StringIO(newline="")
     writer = csv.writer(text)
-    writer.writerow(["name", "unit", "value", f"slope_{found.unit or '1'}_per_unit", "tolerance"])
-    for one in found.neglected:
-        writer.writerow([one.name, one.unit, one.value, one.slope, "" if np.isinf(one.tolerance) else one.tolerance])
+    writer.writerow(["name", "unit", "value", f"slope_{result.unit or '1'}_per_unit", "tolerance"])
+    for row in result.neglected:
+        writer.writerow([row.name, row.unit, row.value, row.slope, "" if np.isinf(row.tolerance) else row.tolerance])
     return text.getvalue()
 
 
-def _shares_csv(found: Spread) -> str:
+def _shares_csv(result: Spread) -> str:
     text = io.StringIO(newline="")
     writer = csv.writer(text)
     index = ("first", "first_low", "first_high", "total", "total_low", "total_high")
-    writer.writerow(["name", "unit", "sd", f"slope_sd_{found.unit or '1'}", *index])
-    for one in found.shares:
-        row = (one.name, one.unit, one.sd, one.slope_sd, one.first, *one.first_range, one.total, *one.total_range)
-        writer.writerow(row)
+    writer.writerow(["name", "unit", "sd", f"slope_sd_{result.unit or '1'}", *index])
+    for share in result.shares:
+        cells = (
+            share.name,
+            share.unit,
+            share.sd,
+            share.slope_sd,
+            share.first,
+            *share.first_range,
+            share.total,
+            *share.total_range,
+        )
+        writer.writerow(cells)
     return text.getvalue()
 
 
-def figure(found: Sensitivity, images: dict[str, np.ndarray]):
+def figure(result: Sensitivity, images: dict[str, np.ndarray]):
     """How well each number must be known, and the derivatives of the image, each on its own scale."""
     from matplotlib.figure import Figure
 
-    made = Figure(figsize=(11, 5.2), layout="constrained")
-    grid = made.add_gridspec(2, 5)
-    axes = made.add_subplot(grid[:, :2])
+    canvas = Figure(figsize=(11, 5.2), layout="constrained")
+    grid = canvas.add_gridspec(2, 5)
+    axes = canvas.add_subplot(grid[:, :2])
     # What may be wrong by its own size need not be known.
-    rows = [one for one in found.neglected if one.tolerance < one.size][::-1]
-    shares = np.array([one.tolerance / one.size for one in rows])
+    rows = [row for row in result.neglected if row.tolerance < row.size][::-1]
+    shares = np.array([row.tolerance / row.size for row in rows])
     axes.barh(range(len(rows)), np.log10(1 / shares), color="tab:blue", height=0.6)
-    axes.set_yticks(range(len(rows)), [one.name.replace("_", " ") for one in rows])
-    for k, one in enumerate(rows):
-        size, unit = _readable(one.tolerance, one.unit)
+    axes.set_yticks(range(len(rows)), [row.name.replace("_", " ") for row in rows])
+    for k, row in enumerate(rows):
+        size, unit = _readable(row.tolerance, row.unit)
         axes.annotate(f" ± {size:.3g} {unit}", (np.log10(1 / shares[k]), k), va="center", fontsize=8)
     axes.set_xlabel("digits to which it must be known\n(of a mrad for tilts of 0, of the wavelength for a gap)")
-    axes.set_title(f"to know the {found.target} to {abs(found.accuracy / found.value):.2g} of it", fontsize=10)
+    axes.set_title(f"to know the {result.target} to {abs(result.accuracy / result.value):.2g} of it", fontsize=10)
     axes.set_xlim(0.0, 1.35 * max(np.log10(1 / shares), default=1.0))
     for place, (name, image) in enumerate(images.items()):
-        axes = made.add_subplot(grid[place // 3, 2 + place % 3])
+        axes = canvas.add_subplot(grid[place // 3, 2 + place % 3])
         edge = float(np.abs(image).max()) or 1.0
         axes.imshow(image, cmap="RdBu_r", vmin=-edge, vmax=edge)
-        unit = next((one.unit for one in found.neglected if one.name == name), found.unit)
+        unit = next((row.unit for row in result.neglected if row.name == name), result.unit)
         per = f" per {unit or 'unit'}"
         axes.set_title(
             f"photoelectrons{per} of {name.replace('_', ' ')}\nred +{edge:.2g}, blue -{edge:.2g}", fontsize=7
         )
         axes.set_xticks([])
         axes.set_yticks([])
-    return made
+    return canvas
 
 
-def spread_figure(found: Spread):
+def spread_figure(result: Spread):
     """The draws beside the normal curve that slopes predict, and each number's share of their variance."""
     from matplotlib.figure import Figure
 
-    made = Figure(figsize=(10, 4), layout="constrained")
-    draws, shares = made.subplots(1, 2)
-    unit = f" {found.unit}" if found.unit else ""
-    draws.hist(found.found, bins=30, density=True, color="tab:blue", alpha=0.6, label="fits with errors drawn")
-    if found.slope_sd > 0.02 * found.sd:
+    canvas = Figure(figsize=(10, 4), layout="constrained")
+    draws, shares = canvas.subplots(1, 2)
+    unit = f" {result.unit}" if result.unit else ""
+    draws.hist(result.found, bins=30, density=True, color="tab:blue", alpha=0.6, label="fits with errors drawn")
+    if result.slope_sd > 0.02 * result.sd:
         low, high = draws.get_xlim()
         at = np.linspace(low, high, 400)
-        bell = np.exp(-(((at - found.value) / found.slope_sd) ** 2) / 2) / (found.slope_sd * np.sqrt(2 * np.pi))
-        draws.plot(at, bell, color="k", lw=1, label=f"by slopes alone, sd {found.slope_sd:.3g}{unit}")
-    draws.axvline(found.value, color="tab:red", lw=1, label="the value in the image")
+        bell = np.exp(-(((at - result.value) / result.slope_sd) ** 2) / 2) / (result.slope_sd * np.sqrt(2 * np.pi))
+        draws.plot(at, bell, color="k", lw=1, label=f"by slopes alone, sd {result.slope_sd:.3g}{unit}")
+    draws.axvline(result.value, color="tab:red", lw=1, label="the value in the image")
     draws.set(
-        title=f"{len(found.found)} fits, sd {found.sd:.3g}{unit}",
-        xlabel=f"{found.target} [{found.unit or 1}]",
+        title=f"{len(result.found)} fits, sd {result.sd:.3g}{unit}",
+        xlabel=f"{result.target} [{result.unit or 1}]",
         yticks=[],
     )
     draws.legend(fontsize=8)
-    rows = found.shares[::-1]
+    rows = result.shares[::-1]
     height = 0.35
     for shift, name, label in (
         (height / 2, "first", "first order: by itself"),
         (-height / 2, "total", "total: with what others add"),
     ):
-        values = np.array([getattr(one, name) for one in rows])
-        low, high = np.array([getattr(one, f"{name}_range") for one in rows]).T
+        values = np.array([getattr(share, name) for share in rows])
+        low, high = np.array([getattr(share, f"{name}_range") for share in rows]).T
         error = np.maximum([values - low, high - values], 0.0)
         shares.barh(np.arange(len(rows)) + shift, values, height, xerr=error, label=label)
     shares.set_yticks(
-        range(len(rows)), [f"{one.name.replace('_', ' ')} ± {_with_unit(one.sd, one.unit)}" for one in rows]
+        range(len(rows)), [f"{share.name.replace('_', ' ')} ± {_with_unit(share.sd, share.unit)}" for share in rows]
     )
     shares.set(title="share of the variance (Sobol), bars 95 %", xlabel="share")
     shares.legend(fontsize=8)
-    return made
+    return canvas
 
 
 def _with_unit(value: float, unit: str) -> str:

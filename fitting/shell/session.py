@@ -54,8 +54,8 @@ def scene_and_camera(
     import newtonjax as nj
 
     scene, camera = nj.load_scene(path)
-    own = nj.Camera((1024, 1024), 5e-6) if camera is None else camera
-    made = replace(own, shape=shape or own.shape, pixel_size=pixel_size or own.pixel_size)
+    default = nj.Camera((1024, 1024), 5e-6) if camera is None else camera
+    changed = replace(default, shape=shape or default.shape, pixel_size=pixel_size or default.pixel_size)
     assumed = " (the file has no camera)" if camera is None else ""
-    rows, columns = made.shape
-    return scene, made, f"camera: {rows} x {columns} pixels of {float(made.pixel_size) * 1e6:.6g} um{assumed}"
+    rows, columns = changed.shape
+    return scene, changed, f"camera: {rows} x {columns} pixels of {float(changed.pixel_size) * 1e6:.6g} um{assumed}"

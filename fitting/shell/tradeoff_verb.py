@@ -22,11 +22,11 @@ def run(
     """Measure, print the table, write the files; the exit status."""
     session.prepare()
     session.keep_rays()
-    scene, camera, said = session.scene_and_camera(path, shape, pixel_size)
+    scene, camera, camera_line = session.scene_and_camera(path, shape, pixel_size)
     files = output.files_of(folder, _FILES, force, (path,))
     with steps("timing every method") as report:
         ways = tradeoff(scene, camera, report, splat)
-    print(f"{said}\n{table(ways)}")
+    print(f"{camera_line}\n{table(ways)}")
     if files:
         ways = sorted(ways, key=_order)
         answer = {"scene": str(path), "shape": camera.shape, "pixel_size_m": float(camera.pixel_size)}
@@ -73,12 +73,12 @@ def figure(ways: list[Way]):
     """Time against error of intensity and against the bias of the radius: lower left is better."""
     from matplotlib.figure import Figure
 
-    shown = {"intensity_error": "largest error of intensity, over the peak (red: ignores a part of the scene)"}
+    measures = {"intensity_error": "largest error of intensity, over the peak (red: ignores a part of the scene)"}
     if any(way.radius_bias is not None for way in ways if way.name != "Traced"):
-        shown["radius_bias"] = "bias of the radius, relative (below 1e-12 at 1e-12)"
-    made = Figure(figsize=(5.4 * len(shown), 4.4), layout="constrained")
-    panels = made.subplots(1, len(shown), sharey=True, squeeze=False)[0]
-    for axes, (name, label) in zip(panels, shown.items(), strict=True):
+        measures["radius_bias"] = "bias of the radius, relative (below 1e-12 at 1e-12)"
+    canvas = Figure(figsize=(5.4 * len(measures), 4.4), layout="constrained")
+    panels = canvas.subplots(1, len(measures), sharey=True, squeeze=False)[0]
+    for axes, (name, label) in zip(panels, measures.items(), strict=True):
         places = [abs(v) for way in ways if way.name != "Traced" and (v := getattr(way, name)) is not None]
         middle = np.sqrt(max(min(places, default=1.0), 1e-12) * max(max(places, default=1.0), 1e-12))
         for way in ways:
@@ -98,4 +98,4 @@ def figure(ways: list[Way]):
         axes.margins(x=0.2)
         axes.grid(alpha=0.3)
     panels[0].set_ylabel("time of an image [ms]")
-    return made
+    return canvas

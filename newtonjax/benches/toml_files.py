@@ -129,29 +129,29 @@ def load_scene(path: str | Path) -> tuple[Scene, Camera | None]:
     if not path.is_file():
         raise FileNotFoundError(f"{path} is no file; give the path of a scene in TOML (see docs/scene.toml)")
     try:
-        given = tomllib.loads(path.read_text(encoding="utf-8"))
-        table = _convert(given)
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = _convert(content)
         return _scene(table), _made(Camera, table.camera)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _convert(given: dict) -> SceneFields:
+def _convert(content: dict) -> SceneFields:
     """The file's tables, checked; what msgspec says of a bad one, with the value and the fields that it leaves out."""
     for bench in BENCHES:
-        if isinstance(given.get(bench), dict):
-            refuse_old_names(bench, given[bench])
+        if isinstance(content.get(bench), dict):
+            refuse_old_names(bench, content[bench])
     try:
-        return cast("SceneFields", msgspec.convert(given, _File))
+        return cast("SceneFields", msgspec.convert(content, _File))
     except msgspec.ValidationError as error:
         problem, _, place = str(error).partition(" - at `$")
-        names, value, known = re.findall(r"\w+", place), given, (*BENCHES, *SceneFields.__struct_fields__)
+        names, value, fields = re.findall(r"\w+", place), content, (*BENCHES, *SceneFields.__struct_fields__)
         for name in names:
             value = value[int(name)] if isinstance(value, list) else value[name]
-            known = _TABLES.get(name, known) if name == names[0] else ()
+            fields = _TABLES.get(name, fields) if name == names[0] else ()
         where = place.strip(".`") or "file"
         if isinstance(value, dict):
-            takes = f"; it takes {', '.join(known)}" if known else ""
+            takes = f"; it takes {', '.join(fields)}" if fields else ""
             raise ValueError(f"[{where}] {problem}{takes}") from None
         raise ValueError(f"{where} is {value!r}; allowed: {problem.removeprefix('Expected ')}") from None
 
@@ -160,9 +160,9 @@ def _scene(table: SceneFields) -> Scene:
     by_hand = [name for name in (*_BY_HAND, *_BESIDE) if getattr(table, name) is not None]
     ready = [name for name in BENCHES if getattr(table, name) is not None]
     if len(ready) + bool(by_hand) != 1:
-        given = ", ".join(ready + by_hand) or "neither"
+        holds = ", ".join(ready + by_hand) or "neither"
         raise ValueError(
-            f"the file holds {given}; allowed: one of [newton_rings], [air_wedge], or {', '.join(_BY_HAND)} together"
+            f"the file holds {holds}; allowed: one of [newton_rings], [air_wedge], or {', '.join(_BY_HAND)} together"
         )
     if ready:
         arguments = msgspec.structs.asdict(getattr(table, ready[0]))

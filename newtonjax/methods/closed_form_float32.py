@@ -81,6 +81,6 @@ def _sag(curvature: Double, r2: Double) -> Double:
     inside = 1 - curvature.high * parabola.high
     root = jnp.sqrt(jnp.where(inside > 0, inside, 1.0))
     rough = exactly(parabola.high / (1 + root))
-    left = parabola + curvature * rough * rough - exactly(2 * rough.high)
-    height = rough + exactly((left.high + left.low) / (2 * root))
+    residual = parabola + curvature * rough * rough - exactly(2 * rough.high)
+    height = rough + exactly((residual.high + residual.low) / (2 * root))
     return Double(*(jnp.where(inside > 0, h, p) for h, p in zip(height, parabola, strict=True)))

@@ -57,10 +57,10 @@ def no_sums(camera: Camera) -> Sums:
     return Sums(jnp.zeros(cells), jnp.zeros(cells, jnp.int32), jnp.zeros(cells, jnp.int32), jnp.zeros(4, int))
 
 
-def pair_opd(path: str, setting: Setting, one: Landing, two: Landing):
+def pair_opd(path: str, setting: Setting, first: Landing, second: Landing):
     """A pair's path difference, where the two meet on the screen, and how far apart they land [m]."""
-    opd = two.path - one.path if path == "raw" else wavelet_opd(setting, one, two)
-    return opd, (one.point + two.point) / 2, jnp.linalg.norm(two.point - one.point)
+    opd = second.path - first.path if path == "raw" else wavelet_opd(setting, first, second)
+    return opd, (first.point + second.point) / 2, jnp.linalg.norm(second.point - first.point)
 
 
 class _Frame(NamedTuple):
@@ -123,16 +123,16 @@ def _added(sums: Sums, value, cell, fate) -> Sums:
 
 def _meet(bench: Packed, frame: _Frame, path: str, pairing: str, landings, fields, j, k):
     """What two rays of one node make: intensity, cell of the midpoint, and fate."""
-    one, two = (jax.tree.map(lambda leaf, b=b: leaf[b], landings) for b in (j, k))
-    opd, meeting, apart = pair_opd(path, bench.setting, one, two)
+    first, second = (jax.tree.map(lambda leaf, b=b: leaf[b], landings) for b in (j, k))
+    opd, meeting, apart = pair_opd(path, bench.setting, first, second)
     turns = opd / bench.wavelength
     envelope = mutual(bench.shares, fields[j], fields[k])
-    both = irradiance(bench.shares, fields[j]) + irradiance(bench.shares, fields[k])
-    value = both + envelope.real * cos_turns(turns) - envelope.imag * sin_turns(turns)
-    alive = one.alive & two.alive
+    background = irradiance(bench.shares, fields[j]) + irradiance(bench.shares, fields[k])
+    value = background + envelope.real * cos_turns(turns) - envelope.imag * sin_turns(turns)
+    alive = first.alive & second.alive
     cell, inside = _cell(frame, jnp.where(alive, meeting, 0.0))
     if pairing == "pixel":
-        cells = [_cell(frame, jnp.where(alive, ray.point, 0.0)) for ray in (one, two)]
+        cells = [_cell(frame, jnp.where(alive, ray.point, 0.0)) for ray in (first, second)]
         close = (cells[0][0] == cells[1][0]) & cells[0][1] & cells[1][1]
     else:
         close = apart <= frame.reach

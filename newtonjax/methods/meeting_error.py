@@ -40,23 +40,23 @@ def _wrong(first: Route, second: Route, setting: Setting, sizes, points, starts,
 
     def wrong(point, start):
         def rays(start):
-            one, two = (trace(route, setting, start)[0] for route in (first, second))
-            return (one.point + two.point) / 2, (one, two)
+            landing_1, landing_2 = (trace(route, setting, start)[0] for route in (first, second))
+            return (landing_1.point + landing_2.point) / 2, (landing_1, landing_2)
 
         def nearer(start, _):
             slope, _ = jax.jacfwd(rays, has_aux=True)(start)
             return start + jnp.linalg.solve(slope, point - rays(start)[0]), None
 
         start, _ = jax.lax.scan(nearer, start, None, length=_STEPS)
-        one, two = rays(start)[1]
-        opd, meeting, apart = pair_opd(path, setting, one, two)
+        landing_1, landing_2 = rays(start)[1]
+        opd, meeting, apart = pair_opd(path, setting, landing_1, landing_2)
         exact_1, exact_2 = arrive(first, setting, meeting), arrive(second, setting, meeting)
         error = jnp.abs(opd - exact_2.path + exact_1.path) / wavelength
         # Pairs further apart than they may be do not count; nearer ones there err less, by the order of the error.
         share = jnp.minimum(1.0, reach / jnp.where(apart > 0, apart, 1.0))
         error = error * share ** (1 if path == "raw" else 2)
         error = error + jnp.abs(exact_2.quarter_turns - exact_1.quarter_turns) / 4
-        met = one.alive & two.alive & (jnp.abs(meeting - point).max() < 1e-3 * pixel)
+        met = landing_1.alive & landing_2.alive & (jnp.abs(meeting - point).max() < 1e-3 * pixel)
         return jnp.where(exact_1.arrives & exact_2.arrives, error, jnp.inf), met
 
     return jax.vmap(wrong)(points, starts)

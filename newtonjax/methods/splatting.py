@@ -114,10 +114,10 @@ class Splat(AbstractMethod):
             raise CannotHonourError("Splat", "a scene of one beam", "it shows pairs of rays", "Traced()")
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
-        found = splat(scene, camera, self)
-        if found.unpaired.any():
-            warnings.warn(why_unpaired(found), stacklevel=3)
-        return jnp.asarray(found.image)
+        splatted = splat(scene, camera, self)
+        if splatted.unpaired.any():
+            warnings.warn(why_unpaired(splatted), stacklevel=3)
+        return jnp.asarray(splatted.image)
 
     def require_parts(self, verb: str) -> None:
         raise ValueError(f"Splat pairs rays over the whole image; give {verb} another method")
@@ -162,22 +162,22 @@ def splat(scene: Scene, camera: Camera, method: Splat | None = None) -> Splatted
             if method.step is not None or not empty.any():
                 break
             lit = _lit(scene, camera) if lit is None else lit
-            if not (left := int(np.sum(empty & lit))):
+            if not (unlit := int(np.sum(empty & lit))):
                 break
-            if left >= before:
+            if unlit >= before:
                 raise ValueError(
-                    f"{left} lit pixels stay without a pair however fine the source, since the rays of a node do not "
+                    f"{unlit} lit pixels stay without a pair however fine the source, since the rays of a node do not "
                     "meet there; use Traced()"
                 )
-            step, before = step / 2, left
+            step, before = step / 2, unlit
         tally = Pairs(source.nodes[0] * source.nodes[1] * len(pairs(scene)), *(int(n) for n in fates))
         return Splatted(image, count, (count == 0) & (apart > 0), tally, source, error)
 
 
-def why_unpaired(found: Splatted) -> str:
+def why_unpaired(splatted: Splatted) -> str:
     """One line on the pixels that no step of the source can fill."""
     return (
-        f"{int(found.unpaired.sum())} pixels are lit by pairs further apart than epsilon and were left at 0; "
+        f"{int(splatted.unpaired.sum())} pixels are lit by pairs further apart than epsilon and were left at 0; "
         "a larger epsilon pairs them, Traced needs no pairs"
     )
 

@@ -22,13 +22,13 @@ class PairError(NamedTuple):
     separation: Float[Array, ""]
 
 
-def wavelet_opd(setting: Setting, one: Landing, two: Landing) -> Float[Array, ""]:
+def wavelet_opd(setting: Setting, first: Landing, second: Landing) -> Float[Array, ""]:
     """Optical path difference of two rays at the midpoint of their landing points [m], the second's minus the first's.
 
     Each path is taken to the midpoint along a spherical wavelet about the ray's last surface point (section 3).
     """
-    meeting = (one.point + two.point) / 2
-    return two.path + _longer(setting, two, meeting) - one.path - _longer(setting, one, meeting)
+    meeting = (first.point + second.point) / 2
+    return second.path + _longer(setting, second, meeting) - first.path - _longer(setting, first, meeting)
 
 
 def _longer(setting: Setting, landing: Landing, meeting: Float[Array, "2"]) -> Float[Array, ""]:
@@ -37,8 +37,8 @@ def _longer(setting: Setting, landing: Landing, meeting: Float[Array, "2"]) -> F
     shift = (meeting - landing.point) @ across
     segment = landing.length * landing.direction
     length = jnp.sqrt(dot(segment + shift, segment + shift))
-    both = length + jnp.abs(landing.length)  # 0 on a screen that touches the last surface
-    grown = (dot(shift, shift) + 2 * dot(segment, shift)) / jnp.where(both > 0, both, 1.0)
+    total = length + jnp.abs(landing.length)  # 0 on a screen that touches the last surface
+    grown = (dot(shift, shift) + 2 * dot(segment, shift)) / jnp.where(total > 0, total, 1.0)
     # Backwards to a virtual screen; on a screen that touches the last surface rounding must not choose.
     return setting.exit_index * jnp.where(landing.length < -1e-12, -grown, grown)
 
@@ -61,7 +61,7 @@ def pair_error(first: Route, second: Route, setting: Setting, start: Float[Array
         sphere = (across @ across.T - jnp.outer(slope, slope)) / landing.length
         return landing.point, d_slope @ jnp.linalg.inv(d_point) - sphere
 
-    (one, wrong_1), (two, wrong_2) = one_beam(first), one_beam(second)
-    half = (two - one) / 2
-    error = jnp.abs(setting.exit_index * (half @ (wrong_2 - wrong_1) @ half) / 2)
+    (point_1, error_1), (point_2, error_2) = one_beam(first), one_beam(second)
+    half = (point_2 - point_1) / 2
+    error = jnp.abs(setting.exit_index * (half @ (error_2 - error_1) @ half) / 2)
     return PairError(error, 2 * jnp.linalg.norm(half))

@@ -118,13 +118,13 @@ def explain(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Explanatio
     first, again = _clock(chosen, camera), min(_clock(chosen, camera) for _ in range(3))
     points = node_points(camera, _POINTS)
     fields = _fields(scene, points)
-    whole = bool(fields.arrives.all())
-    if not whole:  # the part of the image that light reaches; where it does not, there is nothing
+    all_arrive = bool(fields.arrives.all())
+    if not all_arrive:  # the part of the image that light reaches; where it does not, there is nothing
         points = points[fields.arrives] if fields.arrives.any() else points[:1]
         fields = _fields(scene, points)
     parts = [*_of_beams(scene, camera, chosen, fields), *_inside(scene, chosen, points, fields)]
     frequency = _frequency(scene, camera, points)
-    parts.append(_pixel(fields, frequency, whole))
+    parts.append(_pixel(fields, frequency, all_arrive))
     parts.append(_line_width(scene, fields, tolerance))
     finest = float(np.hypot(*frequency).max())
     return Explanation(
@@ -156,64 +156,66 @@ def _peak(fields: Fields) -> float:
     return float(fields.background.max() + np.abs(fields.envelope).sum(axis=0).max())
 
 
-def _difference(one: Fields, other: Fields) -> float:
+def _difference(fields: Fields, changed: Fields) -> float:
     """Largest change of intensity between two fields of the same pairs of beams, over the peak, whatever the phase."""
-    (size, phase), (other_size, other_phase) = polar(one), polar(other)
-    wrong = np.abs(phase - other_phase)
-    wrong = np.minimum(2 * np.pi * np.abs(wrong - np.round(wrong)), 2.0)
-    beyond = np.abs(phase - other_phase) > 0.5
-    change = np.abs(one.background - other.background) + np.abs(np.abs(size) - np.abs(other_size)).sum(axis=0)
-    change = change + (np.where(beyond, 2.0, wrong) * np.abs(size)).sum(axis=0)
-    return min(_BETWEEN * float(change.max()), 2.0 * _peak(one)) / _peak(one)
+    (size, phase), (changed_size, changed_phase) = polar(fields), polar(changed)
+    turns = np.abs(phase - changed_phase)
+    turns = np.minimum(2 * np.pi * np.abs(turns - np.round(turns)), 2.0)
+    beyond = np.abs(phase - changed_phase) > 0.5
+    change = np.abs(fields.background - changed.background) + np.abs(np.abs(size) - np.abs(changed_size)).sum(axis=0)
+    change = change + (np.where(beyond, 2.0, turns) * np.abs(size)).sum(axis=0)
+    return min(_BETWEEN * float(change.max()), 2.0 * _peak(fields)) / _peak(fields)
 
 
 def _of_beams(scene: Scene, camera: Camera, chosen: Plan, fields: Fields) -> list[Omission]:
     """The scene's beams by the amplitudes that its rays have; those that it does not follow by those on the axis."""
-    own, peak = beam_amplitudes(scene, camera), _peak(fields)
+    amplitudes, peak = beam_amplitudes(scene, camera), _peak(fields)
 
-    def change(more: float, others: float) -> float:
-        return (2 * more * others + more**2) / peak
+    def change(added: float, present: float) -> float:
+        return (2 * added * present + added**2) / peak
 
-    weakest, *rest = sorted(own.values())
-    found = [Omission("beams", change(weakest, sum(rest)), True, f"the weakest of {len(scene.beams)}")]
+    weakest, *stronger = sorted(amplitudes.values())
+    omissions = [Omission("beams", change(weakest, sum(stronger)), True, f"the weakest of {len(scene.beams)}")]
     if chosen.dropped:
         note = f"{', '.join(chosen.dropped)}: too weak to matter here"
-        lost = sum(own[word] for word in chosen.dropped)
-        error = change(lost, sum(own[word] for word in chosen.scene.beams))
-        found.append(Omission("beams of the scene, dropped", error, False, note))
-    known = enumerate_beams(scene.media, scene.view, _REFLECTIONS)
-    others = [beam for beam in known if beam.word not in scene.beams and beam.energy > 0]
-    if others:
+        dropped_amplitude = sum(amplitudes[word] for word in chosen.dropped)
+        error = change(dropped_amplitude, sum(amplitudes[word] for word in chosen.scene.beams))
+        omissions.append(Omission("beams of the scene, dropped", error, False, note))
+    candidates = enumerate_beams(scene.media, scene.view, _REFLECTIONS)
+    unfollowed = [beam for beam in candidates if beam.word not in scene.beams and beam.energy > 0]
+    if unfollowed:
         upright = _light_upright(scene) is None
-        error = change(sum(np.sqrt(beam.energy) for beam in others), sum(own.values())) if upright else None
-        names = ", ".join(beam.name for beam in others[:3])
-        note = f"{len(others)} of up to {_REFLECTIONS} reflections, if coherent: {names}, ..."
-        found.append(Omission("more beams", error, False, note if upright else f"{note}; oblique light has no number"))
+        error = change(sum(np.sqrt(beam.energy) for beam in unfollowed), sum(amplitudes.values())) if upright else None
+        names = ", ".join(beam.name for beam in unfollowed[:3])
+        note = f"{len(unfollowed)} of up to {_REFLECTIONS} reflections, if coherent: {names}, ..."
+        omissions.append(
+            Omission("more beams", error, False, note if upright else f"{note}; oblique light has no number")
+        )
     note = "rays that parts of the lens beyond those seen here would send into the image; they are not looked for"
-    found.append(Omission("light from beyond the image", None, False, note))
-    return found
+    omissions.append(Omission("light from beyond the image", None, False, note))
+    return omissions
 
 
 def _inside(scene: Scene, chosen: Plan, points: Float[np.ndarray, "n 2"], fields: Fields) -> list[Omission]:
     """Parts of the scene itself: polarization, tilts, the bare screen's rays, the exact sphere."""
-    found = []
+    omissions = []
     if scene.light.polarization is None:
         turned = [replace(scene, light=replace(scene.light, polarization=angle)) for angle in (0.0, np.pi / 2)]
-        error = max(_difference(_fields(other, points), fields) for other in turned)
-        found.append(Omission("polarization", error, True, "against light polarized along x or y"))
+        error = max(_difference(_fields(polarized, points), fields) for polarized in turned)
+        omissions.append(Omission("polarization", error, True, "against light polarized along x or y"))
     for name, level in (("tilt of the light", _light_upright(scene)), ("tilt of the surfaces", _upright(scene))):
         if level is not None:
-            found.append(Omission(name, _difference(_fields(level, points), fields), True, "against none"))
+            omissions.append(Omission(name, _difference(_fields(level, points), fields), True, "against none"))
     if (upper := gap_of(scene)) is None or has_tilted_sphere(scene):
-        return found
+        return omissions
     x, y = points[:, 0], points[:, 1]
     formula = closed_fields(scene, x, y)
     note = f"against 2 n t at normal incidence{_why(scene)}"
-    found.append(Omission("rays", _difference(formula, fields), chosen.method.traces_rays, note))
+    omissions.append(Omission("rays", _difference(formula, fields), chosen.method.traces_rays, note))
     if any(float(face.curvature) != 0 for face in scene.surfaces[upper : upper + 2]):
         parabola = closed_fields(scene, x, y, lambda curvature, r2: curvature * r2 / 2)
-        found.append(Omission("exact sphere", _difference(parabola, formula), True, "against the parabola r²/2R"))
-    return found
+        omissions.append(Omission("exact sphere", _difference(parabola, formula), True, "against the parabola r²/2R"))
+    return omissions
 
 
 def _why(scene: Scene) -> str:
@@ -240,23 +242,23 @@ def _frequency(scene: Scene, camera: Camera, points: Float[np.ndarray, "n 2"]) -
     0 where a beam does not reach both ends of the pixel.
     """
     half = float(camera.pixel_size) / 2 * np.array([[1.0, 0.0], [0.0, 1.0]])
-    moved = np.concatenate([points + sign * step for step in half for sign in (1, -1)])
-    fields = _fields(scene, moved)
+    shifted = np.concatenate([points + sign * step for step in half for sign in (1, -1)])
+    fields = _fields(scene, shifted)
     phase = polar(fields)[1].reshape(-1, 2, 2, len(points))
-    both = fields.arrives.reshape(2, 2, len(points)).all(axis=1)
-    along_x, along_y = np.where(both, np.abs(phase[:, :, 0] - phase[:, :, 1]).max(axis=0, initial=0.0), 0.0)
+    arrives = fields.arrives.reshape(2, 2, len(points)).all(axis=1)
+    along_x, along_y = np.where(arrives, np.abs(phase[:, :, 0] - phase[:, :, 1]).max(axis=0, initial=0.0), 0.0)
     return along_x, along_y
 
 
-def _pixel(fields: Fields, frequency: tuple[np.ndarray, np.ndarray], whole: bool) -> Omission:
+def _pixel(fields: Fields, frequency: tuple[np.ndarray, np.ndarray], all_arrive: bool) -> Omission:
     """What the mean over a pixel takes off the contrast, sinc(fx) sinc(fy); all where a beam ends within the pixel."""
-    if not whole:
+    if not all_arrive:
         return Omission(
             "mean over each pixel", 1.0, False, "a beam ends in the image: on its edge a pixel is lit or dark"
         )
     size = np.abs(fields.envelope).sum(axis=0)
-    left = np.sinc(frequency[0]) * np.sinc(frequency[1])
-    error = _BETWEEN_SLOPES * float((size * (1 - left)).max()) / _peak(fields)
+    contrast = np.sinc(frequency[0]) * np.sinc(frequency[1])
+    error = _BETWEEN_SLOPES * float((size * (1 - contrast)).max()) / _peak(fields)
     return Omission("mean over each pixel", error, False, "the image is taken at the pixels' centres")
 
 

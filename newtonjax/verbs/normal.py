@@ -100,32 +100,38 @@ def _known_nodes(bench, parameters: Float[Array, " parameters"], camera: Camera 
     By two programs: a small one from the parameters to the bench's numbers, made anew at each call, since `bench` may
     have changed what it takes from elsewhere; and a large one from these to the coefficients, which serves all benches.
     """
-    both = pairs(_pair(bench, parameters, camera)[0])
+    beam_pairs = pairs(_pair(bench, parameters, camera)[0])
 
     def numbers(values):
         scene, seen_by = _pair(bench, values, camera)
-        made = pack(scene)
+        packed = pack(scene)
         points = jnp.asarray(node_points(seen_by, method.nodes))
-        words = made.routes.action, made.routes.down
-        known = made.routes._replace(action=None, down=None), made.setting, made.wavelength, made.shares, points
-        return jax.tree.map(jnp.asarray, known), words
+        words = packed.routes.action, packed.routes.down
+        values_of_bench = (
+            packed.routes._replace(action=None, down=None),
+            packed.setting,
+            packed.wavelength,
+            packed.shares,
+            points,
+        )
+        return jax.tree.map(jnp.asarray, values_of_bench), words
 
     def push(values, direction):
         return jax.jvp(numbers, (values,), (direction,), has_aux=True)
 
     of_bench = jax.jit(jax.vmap(push, in_axes=(None, 0), out_axes=(None, 0, None)))
-    known, changes, words = of_bench(parameters, np.eye(len(parameters)))
-    return coefficients_and_changes(known, changes, words, np.array(both, dtype=int).reshape(-1, 2))
+    values_of_bench, changes, words = of_bench(parameters, np.eye(len(parameters)))
+    return coefficients_and_changes(values_of_bench, changes, words, np.array(beam_pairs, dtype=int).reshape(-1, 2))
 
 
 def _pair(bench, values, camera: Camera | None) -> tuple[Scene, Camera]:
-    made = bench(values)
+    pair = bench(values)
     if camera is not None:
-        made = (made, camera)
-    elif not (isinstance(made, tuple) and len(made) == 2):
+        pair = (pair, camera)
+    elif not (isinstance(pair, tuple) and len(pair) == 2):
         raise ValueError("without a camera the bench must return (scene, camera); give one of them")
-    require_bench(*made)
-    return made
+    require_bench(*pair)
+    return pair
 
 
 def from_coefficients(

@@ -56,8 +56,8 @@ def sweep(
     table = {name: _numbers(name, value) for name, value in values.items()}
     lengths = {name: len(value) for name, value in table.items() if value.ndim}
     if len(set(lengths.values())) != 1:
-        given = f"have lengths {lengths}" if lengths else "are single numbers, or none"
-        raise ValueError(f"values {given}; allowed: arrays of one length, and single numbers beside them")
+        lengths_text = f"have lengths {lengths}" if lengths else "are single numbers, or none"
+        raise ValueError(f"values {lengths_text}; allowed: arrays of one length, and single numbers beside them")
     count = next(iter(lengths.values()))
     if not count:
         raise ValueError("values are empty; allowed: one scene or more")
@@ -79,14 +79,14 @@ def sweep(
 
 def _numbers(name: str, value) -> np.ndarray:
     try:
-        found = np.asarray(value, dtype=float)
+        numbers = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         raise ValueError(
             f"values: {name} is {value!r}; allowed: numbers (give the bench what is none by functools.partial)"
         ) from None
-    if found.ndim > 1:
-        raise ValueError(f"values: {name} has shape {found.shape}; allowed: an array of one axis, or a number")
-    return found
+    if numbers.ndim > 1:
+        raise ValueError(f"values: {name} has shape {numbers.shape}; allowed: an array of one axis, or a number")
+    return numbers
 
 
 def _row(rows: dict[str, np.ndarray], number: int) -> dict[str, float]:
