@@ -22,7 +22,7 @@ from fitting.shell import session
 session.prepare()
 session.keep_rays()
 import newtonjax as nj
-plan = nj.plan(nj.newton_rings({radius}, 589e-9), nj.Camera((64, 64), 2e-5))
+plan = nj.plan(nj.newton_rings({radius}, 589e-9, view="transmitted", screen=1e-3), nj.Camera((64, 64), 2e-5))
 print(sum(traced), plan.method.nodes, plan.intensity_error.hex())
 """
 

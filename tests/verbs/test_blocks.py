@@ -64,7 +64,7 @@ def test_blocks_refuse_what_they_cannot_do():
 
 PEAK = """
     import resource, numpy as np, newtonjax as nj
-    scene = nj.newton_rings(2.0, 500e-9)
+    scene = nj.newton_rings(2.0, 500e-9, view="transmitted", screen=1e-3)
     def through(size):
         total = 0.0
         for _, part in nj.blocks(scene, nj.Camera((size, size), 5e-3 / size), nj.Chebyshev(5)):

@@ -21,15 +21,16 @@ def rings(radius=2.0, **more):
 
 WITHOUT_X64 = """
     import json, jax, numpy as np, newtonjax as nj
-    scene, camera = nj.newton_rings(2.0, 500e-9, 1e-6), nj.Camera((12, 16), 60e-6)
+    scene, camera = nj.newton_rings(2.0, 500e-9, 1e-6, "transmitted", screen=1e-3), nj.Camera((12, 16), 60e-6)
     eager = nj.render(scene, camera, method=nj.Traced())
-    focused = nj.newton_rings(2.0, 500e-9, 1e-6, screen="gap")
-    closed = jax.jit(lambda gap: nj.render(nj.newton_rings(2.0, 500e-9, gap, screen="gap"), camera, nj.ClosedForm()))
+    focused = nj.newton_rings(2.0, 500e-9, 1e-6, "transmitted", screen="gap")
+    bench = lambda gap: nj.newton_rings(2.0, 500e-9, gap, "transmitted", screen="gap")
+    closed = jax.jit(lambda gap: nj.render(bench(gap), camera, nj.ClosedForm()))
     closed = closed(1e-6)
     refusals = {}
     for name, method in (("Chebyshev", None), ("Traced", nj.Traced())):
         try:
-            jax.jit(lambda gap: nj.render(nj.newton_rings(2.0, 500e-9, gap), camera, method))(1e-6)
+            jax.jit(lambda gap: nj.render(bench(gap), camera, method))(1e-6)
         except RuntimeError as error:
             refusals[name] = str(error)
     print(json.dumps({
