@@ -5,7 +5,6 @@ from fitting.finding.matched_filter import Rings as Rings
 from fitting.finding.start import find_rings as find_rings
 from fitting.finding.start import follow as follow
 from fitting.finding.start import settled as settled
-from fitting.finding.view import View as View
 from fitting.finding.view import box_of as box_of
 from fitting.finding.view import plane_wave as plane_wave
 from fitting.finding.view import view_of as view_of

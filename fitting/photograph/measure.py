@@ -1,4 +1,4 @@
-"""From a photograph of rings to the radius: read, find, fit, judge."""
+"""From a photograph of rings to the radius: read, find, solve, judge, report."""
 
 import time
 from dataclasses import replace
@@ -8,38 +8,22 @@ import jax
 import numpy as np
 
 from fitting.estimate import FEW, Fitted, frame_on, moved_to, robust_fit, sharpened
-from fitting.finding import Rings, View, evidence_of, find_rings, follow, settled, view_of
+from fitting.finding import Rings, evidence_of, find_rings, follow, settled, view_of
 from fitting.model import GapModel, scene_start
-from fitting.parameters import (
-    Numbers,
-    Quantities,
-    checked_fixed,
-    checked_plate,
-    checked_start,
-    curved_surface,
-    held_turns,
-    one_blas_thread,
-    quantities,
-    says_its_origin,
-)
-from fitting.photo import Photograph, block_size, pixels_of, read, reduce
+from fitting.parameters import Numbers, held_turns, one_blas_thread, says_its_origin
+from fitting.photo import Photograph, block_size, pixels_of, reduce
 from fitting.photograph.light import with_richer_light
 from fitting.photograph.result import FitResult
 from fitting.photograph.second_look import rings_in_the_middle
-from fitting.photograph.selection import Choice, adapt, checked_parts
-from fitting.photograph.summary import refused, summarize
+from fitting.photograph.selection import Choice, adapt
+from fitting.photograph.summary import report
+from fitting.photograph.task import Task, task_of
 from fitting.photograph.transfer import linearized
 from fitting.photograph.trials import WARPS
-from fitting.photograph.verdict import too_steep, why_refused
+from fitting.photograph.verdict import RefusedError, judge, too_steep, why_refused
 from newtonjax.numerics import x64
-from newtonjax.scene import Scene, required_gap
+from newtonjax.scene import Scene
 
-_UNSTATED = (
-    "the view was not stated: taken as Newton's rings in reflected light; one image does not tell these from "
-    "transmitted ones without a known gap, nor from the rings of a Michelson interferometer"
-)
-# Fewer pixels hold no rings.
-_FEWEST = 64
 # More blocks than this are made wider, up to so many cycles of the finest fringe in one: a made picture of 29 million
 # pixels has a deviation of 1.2 millionths with them, 0.9 without.
 _MANY_BLOCKS, _BEARABLE = 500_000, 0.2
@@ -103,159 +87,82 @@ def fit(
     that cannot be used.
 
     """
-    began = time.perf_counter()
-    stated = view is not None or scene is not None
-    view = view or "reflected"
-    if view not in ("reflected", "transmitted"):
-        raise ValueError(f"view is {view!r}; allowed: 'reflected' or 'transmitted'")
-    wishes = checked_parts(parts)
-    free = (free,) if isinstance(free, str) else tuple(free or ())
-    fixed, start = checked_fixed(fixed), checked_start(start)
-    known = _known(locals(), scene)
-    if plate := checked_plate(plate_radius, plate_radius_sd):
-        if scene is not None or known.unknown != "radius":
-            raise ValueError("plate_radius goes with wavelength and pixel_size, and no scene; leave it out")
-        known = replace(known, plate=plate)
-    if scene is not None:
-        view = scene.view
-    photograph = read(np.asarray(image) if isinstance(image, jax.Array) else image, transfer, mask)
-    if not stated:
-        photograph.warnings.append(_UNSTATED)
-    if (usable := int(photograph.mask.sum())) < _FEWEST:
-        reason = f"{usable} pixels of {photograph.mask.size} can be used: the image is saturated, dark or masked"
-        return refused(reason, photograph, began)
-    if photograph.is_uniform:
-        return refused("the image is uniform: there are no fringes", photograph, began)
-    guided = bool(fixed or start)
-    with x64(), one_blas_thread():
-        coarse = view_of(photograph)
-        rings = _start(photograph, known, start, coarse)
-        if reason := too_steep(photograph, rings, known):
-            return refused(reason, photograph, began)
-        # A bench may well make fringes of many beams, or slanted ones; and a person who gives a start has seen them.
-        if scene is None and not start and (reason := evidence_of(photograph, rings, coarse).reason):
-            if (middle := rings_in_the_middle(photograph)) is None:
-                return refused(reason, photograph, began)
-            photograph, rings = middle
-        held, pinned = fixed if scene is None else {}, 0.5 if view == "reflected" else 0.0
-        plain = _plain(photograph, rings, known, view, held)
-        choice = _of_gap(plain, photograph, rings, known, wishes, pinned, scene, guided)
-        if transfer is None and (linear := linearized(photograph, choice.found)) is not None:
-            photograph = linear
-            plain = _plain(photograph, rings, known, view, held, plain)
-            choice = _of_gap(plain, photograph, rings, known, wishes, pinned, scene, guided, choice.found)
-        choice = choice._replace(found=sharpened(finely(choice.found, photograph)))
-        if reason := why_refused(choice.found, photograph, rings, guided):
-            return refused(reason, photograph, began)
-        if scene is not None:
-            alone = choice.found
-            found = _fit_scene(scene, known, alone, fixed)
-            if not found.explained > 0.5 * alone.explained:
-                reason = (
-                    f"the bench does not make these fringes: it explains {max(found.explained, 0):.0%} of the variance "
-                    f"where rings of any size explain {alone.explained:.0%}; check the scene, and what is fixed"
-                )
-                return refused(reason, photograph, began)
-            choice = adapt(found, photograph, wishes | {"contact": False}, pinned)
-            choice = choice._replace(found=finely(choice.found, photograph))
-        if choice.found.orders < FEW:
-            choice = with_richer_light(choice)
-        return summarize(photograph, known, view, choice, began)
+    arguments, began = locals(), time.perf_counter()
+    try:
+        task = task_of(arguments)
+        # Reading has loaded SciPy, whose threads are to be limited too.
+        with x64(), one_blas_thread():
+            task, rings = find(task)
+            choice = solve(task, rings)
+            judge(choice.found, choice.photograph, rings, task.is_guided)
+            if task.scene is not None:
+                choice = solve_bench(task.scene, task, choice)
+            if choice.found.orders < FEW:
+                choice = with_richer_light(choice)
+            return report(task, choice, began)
+    except RefusedError as refusal:
+        seconds = time.perf_counter() - began
+        return FitResult("refused", refusal.reason, warnings=list(refusal.photograph.warnings), seconds=seconds)
 
 
-def _known(arguments: dict, scene: Scene | None) -> Quantities:
-    given = {name: arguments[name] for name in ("radius", "wavelength", "pixel_size", "index")}
-    sd = {name: arguments[f"{name}_sd"] for name in given}
-    free = arguments["free"]
-    if set(free) - set(given):
-        raise ValueError(f"free is {free}; allowed: radius, wavelength, pixel_size or index")
-    if scene is None:
-        given["index"] = 1.0 if given["index"] is None else given["index"]
-        return quantities(given, sd, free)
-    curved_surface(scene)  # refuses what a fit cannot take before the image is read
-    for name, value in (("wavelength", scene.wavelength), ("index", scene.media[required_gap(scene) + 1])):
-        given[name] = float(value) if given[name] is None else given[name]
-    known = quantities(given, sd, free)
-    if known.unknown is None:
-        raise ValueError("with a scene, give the pixel size, or the radius to measure the pixel size by")
-    return known
+def find(task: Task) -> tuple[Task, Rings]:
+    """The rings of a photograph, and the task, whose photograph may be cut to where they are clear.
+
+    Raises RefusedError where nothing speaks for rings, or they are larger than the lens that makes them.
+    """
+    photograph, coarse = task.photograph, view_of(task.photograph)
+    rings = follow(photograph, _given_rings(task)) if task.start else find_rings(photograph, coarse)
+    if reason := too_steep(photograph, rings, task.quantities):
+        raise RefusedError(reason, photograph)
+    # A bench may well make fringes of many beams, or slanted ones; and a person who gives a start has seen them.
+    if task.scene is None and not task.start and (reason := evidence_of(photograph, rings, coarse).reason):
+        if (middle := rings_in_the_middle(photograph)) is None:
+            raise RefusedError(reason, photograph)
+        photograph, rings = middle
+    return replace(task, photograph=photograph), rings
 
 
-def _start(photograph: Photograph, known: Quantities, start: dict, view: View) -> Rings:
-    if not start:
-        return find_rings(photograph, view)
-    scale = start.get("fringe_scale_per_px2")
+def _given_rings(task: Task) -> Rings:
+    scale, values = task.start.get("fringe_scale_per_px2"), task.quantities.given
     if scale is None:
-        values = known.given
         if "pixel_size" not in values or "wavelength" not in values:
             raise ValueError("start holds a radius, which needs pixel_size and wavelength; give fringe_scale_per_px2")
-        scale = values.get("index", 1.0) * values["pixel_size"] ** 2 / (start["radius"] * values["wavelength"])
-    return follow(photograph, Rings(float(scale), start["centre_px"], 0.0, 0.0))
+        scale = values.get("index", 1.0) * values["pixel_size"] ** 2 / (task.start["radius"] * values["wavelength"])
+    return Rings(float(scale), task.start["centre_px"], 0.0, 0.0)
 
 
-def _plain(
-    photograph: Photograph, rings: Rings, known: Quantities, view: str, fixed: dict, before: Fitted | None = None
-) -> Fitted:
+def solve(task: Task, rings: Rings) -> Choice:
+    """The fit of the gap formula with the parts that it needs, on codes that follow the light."""
+    plain = _plain(task, rings)
+    choice = _with_parts(task, rings, plain)
+    if not task.keeps_curve and (linear := linearized(task.photograph, choice.found)) is not None:
+        task = replace(task, photograph=linear)
+        plain = _plain(task, rings, plain)
+        choice = _with_parts(task, rings, plain, choice.found)
+    return choice._replace(found=sharpened(finely(choice.found, task.photograph)))
+
+
+def _plain(task: Task, rings: Rings, before: Fitted | None = None) -> Fitted:
     """A fit of the gap formula without parts; `before`: one on the same photograph with another curve."""
-    return finely(_fit_gap(photograph, rings, known, view, fixed, before), photograph)
-
-
-def _of_gap(
-    plain: Fitted, photograph, rings: Rings, known, wishes: dict, pinned: float, scene, guided: bool, before=None
-) -> Choice:
-    """A fit of the gap formula with the parts that it needs, next to one without.
-
-    A bench has parts of its own: then, as without a pixel size, where a distortion has nothing to be measured against,
-    warps are tried only where the rings are not found without them: where a fit is refused, or leaves more than twice
-    what is left with them.
-    """
-    scaled = scene is None and known.unknown is not None
-    refused_plain = "" if scaled else why_refused(plain, photograph, rings, guided)
-    if refused_plain and plain.orders < FEW and not any(wishes.values()):
-        # Parts may imitate whatever so few fringes leave over.
-        return Choice(plain, {})
-    if scaled or refused_plain:
-        return adapt(plain, photograph, wishes, pinned, before)
-    if scene is not None:
-        return Choice(plain, {})
-    # What an earlier choice has needed, the same photograph with another curve needs too, however much is explained.
-    if before is not None and any(part in before.parts for part in WARPS):
-        warped = adapt(plain, photograph, wishes, pinned, before)
-        if _halves(warped.found, plain):
-            return warped
-    choice = adapt(plain, photograph, dict.fromkeys(WARPS, False) | wishes, pinned, before)
-    if choice.found.explained < _HALF_FOUND:
-        warped = adapt(plain, photograph, wishes, pinned, before)
-        if _halves(warped.found, choice.found):
-            return warped
-    untried = dict.fromkeys(WARPS, "not tried: without a pixel size the image does not need it")
-    return choice._replace(evidence=untried | choice.evidence)
-
-
-def _halves(found: Fitted, other: Fitted) -> bool:
-    """Whether a fit leaves less than half of what another one leaves."""
-    return found.converged and 1 - found.explained < 0.5 * (1 - other.explained)
-
-
-def _fit_gap(
-    photograph: Photograph, rings: Rings, known: Quantities, view: str, fixed: dict, before: Fitted | None
-) -> Fitted:
+    # A bench has its own gap and centre.
+    fixed, photograph = task.fixed if task.scene is None else {}, task.photograph
     if "centre_px" in fixed:
         rings = settled(photograph, replace(rings, centre=fixed["centre_px"]))
     reduced = reduce(photograph, _block(photograph, rings))
     frame = frame_on(reduced.grid)
-    place = [(c - m) / frame.unit for c, m in zip(rings.centre, frame.middle, strict=True)]
+    x, y = ((c - m) / frame.unit for c, m in zip(rings.centre, frame.middle, strict=True))
     phase = rings.phase
     if "gap" in fixed:
-        phase = held_turns(fixed, known) + (0.5 if view == "reflected" else 0.0)
-    curvature = rings.scale * frame.unit**2
-    start = np.array(Numbers(curvature=curvature, centre_x=place[0], centre_y=place[1], phase=phase))
+        phase = held_turns(fixed, task.quantities) + task.contact_phase
+    numbers = Numbers(rings.scale * frame.unit**2, x, y, phase)
+    start = np.array(numbers)
     # A few fringes leave the search uncertain by as much as this.
-    starts = [start, *(np.array(Numbers(*start)._replace(curvature=factor * curvature)) for factor in (0.6, 1.6))]
+    starts = [start, *(np.array(numbers._replace(curvature=k * numbers.curvature)) for k in (0.6, 1.6))]
     if before is not None and before.converged:
         starts[0] = before.numbers
-    model = GapModel(frame_on(reduced.grid, start), known.sphere(rings.scale), known.plate_curvature)
-    return robust_fit(model, reduced, starts, fixed)
+    given = task.quantities
+    model = GapModel(frame_on(reduced.grid, start), given.sphere(rings.scale), given.plate_curvature)
+    return finely(robust_fit(model, reduced, starts, fixed), photograph)
 
 
 def _block(photograph: Photograph, rings: Rings) -> int:
@@ -269,25 +176,74 @@ def _block(photograph: Photograph, rings: Rings) -> int:
     return max(1, min(block, int(min(np.ptp(x), np.ptp(y))) // _FEWEST_BLOCKS))
 
 
-def finely(found: Fitted, photograph: Photograph) -> Fitted:
+def finely(fit: Fitted, photograph: Photograph) -> Fitted:
     """The fit on every pixel for itself where blocks lose something: a tenth of the deviation that noise alone makes.
 
     Of most photographs other errors outweigh that by far. What leaves next to nothing over was no photograph: then in
     double precision.
     """
-    reduced, left = found.reduced, 1 - found.explained
-    white = left < _MADE or found.correlation < _WHITE
-    exact = left < _EXACT
-    done = reduced.grid.block == 1 and not (exact and reduced.light.dtype == np.float32)
-    if done or not white or reduced.pixels > _MOST_PIXELS:
-        return found
+    reduced, unexplained = fit.reduced, 1 - fit.explained
+    white = unexplained < _MADE or fit.correlation < _WHITE
+    exact = unexplained < _EXACT
+    is_fine = reduced.grid.block == 1 and not (exact and reduced.light.dtype == np.float32)
+    if is_fine or not white or reduced.pixels > _MOST_PIXELS:
+        return fit
     pixels = reduce(photograph, 1, dtype=np.float64 if exact else np.float32)
-    model = moved_to(found.model, pixels.grid)
-    again = robust_fit(model, pixels, [found.numbers], found.fixed, found.parts)
-    return again if again.converged or not found.converged else found
+    model = moved_to(fit.model, pixels.grid)
+    again = robust_fit(model, pixels, [fit.numbers], fit.fixed, fit.parts)
+    return again if again.converged or not fit.converged else fit
 
 
-def _fit_scene(scene: Scene, known: Quantities, gap: Fitted, fixed: dict) -> Fitted:
+def _with_parts(task: Task, rings: Rings, plain: Fitted, before: Fitted | None = None) -> Choice:
+    """A fit of the gap formula with the parts that it needs, next to one without.
+
+    A bench has parts of its own: then, as without a pixel size, where a distortion has nothing to be measured against,
+    warps are tried only where the rings are not found without them: where a fit is refused, or leaves more than twice
+    what is left with them.
+    """
+    photograph, wishes, contact_phase = task.photograph, task.wishes, task.contact_phase
+    scaled = task.scene is None and task.quantities.unknown is not None
+    is_refused = not scaled and bool(why_refused(plain, photograph, rings, task.is_guided))
+    if is_refused and plain.orders < FEW and not any(wishes.values()):
+        # Parts may imitate whatever so few fringes leave over.
+        return Choice(plain, {}, photograph)
+    if scaled or is_refused:
+        return adapt(plain, photograph, wishes, contact_phase, before)
+    if task.scene is not None:
+        return Choice(plain, {}, photograph)
+    # What an earlier choice has needed, the same photograph with another curve needs too, however much is explained.
+    if before is not None and any(part in before.parts for part in WARPS):
+        warped = adapt(plain, photograph, wishes, contact_phase, before)
+        if _halves(warped.found, plain):
+            return warped
+    choice = adapt(plain, photograph, dict.fromkeys(WARPS, False) | wishes, contact_phase, before)
+    if choice.found.explained < _HALF_FOUND:
+        warped = adapt(plain, photograph, wishes, contact_phase, before)
+        if _halves(warped.found, choice.found):
+            return warped
+    untried = dict.fromkeys(WARPS, "not tried: without a pixel size the image does not need it")
+    return choice._replace(evidence=untried | choice.evidence)
+
+
+def _halves(fit: Fitted, reference: Fitted) -> bool:
+    """Whether a fit leaves less than half of what another one leaves."""
+    return fit.converged and 1 - fit.explained < 0.5 * (1 - reference.explained)
+
+
+def solve_bench(scene: Scene, task: Task, choice: Choice) -> Choice:
+    """The fit of the traced bench next to that of the gap formula.
+
+    Raises RefusedError where the bench does not make these fringes.
+    """
+    gap, photograph = choice.found, choice.photograph
     frame, phase = gap.model.frame, gap.solution.fields.phase
-    model, numbers = scene_start(scene, known, frame, gap.numbers, phase, fixed)
-    return robust_fit(model, gap.reduced, [numbers], fixed)
+    model, numbers = scene_start(scene, task.quantities, frame, gap.numbers, phase, task.fixed)
+    bench = robust_fit(model, gap.reduced, [numbers], task.fixed)
+    if not bench.explained > 0.5 * gap.explained:
+        reason = (
+            f"the bench does not make these fringes: it explains {max(bench.explained, 0):.0%} of the variance "
+            f"where rings of any size explain {gap.explained:.0%}; check the scene, and what is fixed"
+        )
+        raise RefusedError(reason, photograph)
+    choice = adapt(bench, photograph, task.wishes | {"contact": False}, task.contact_phase)
+    return choice._replace(found=finely(choice.found, photograph))

@@ -44,20 +44,13 @@ UNFITTED = "asked for, but"
 class Choice(NamedTuple):
     """A fit with the parts that it needs, why (by part, what the criterion says), and fits that are not ruled out.
 
-    `rivals`: what the difference is, and the other fit.
+    `photograph`: on which it was made; `rivals`: what the difference is, and the other fit.
     """
 
     found: Fitted
     evidence: dict[str, str]
+    photograph: Photograph
     rivals: tuple[tuple[str, Fitted], ...] = ()
-
-
-def checked_parts(parts) -> dict[str, bool]:
-    """The user's wishes by part. Raises ValueError for other names or values."""
-    parts = {} if parts is None else parts
-    if not isinstance(parts, dict) or set(parts) - set(PARTS) or not all(isinstance(v, bool) for v in parts.values()):
-        raise ValueError(f"parts is {parts!r}; allowed: a mapping of {', '.join(PARTS)} to True or False")
-    return dict(parts)
 
 
 def adapt(
@@ -74,7 +67,7 @@ def adapt(
     warped = any(part not in evidence for part in warps)
     touches = "contact" not in evidence and wishes.get("contact", _may_touch(found, photograph))
     if not (warped or touches):
-        return Choice(found, evidence)
+        return Choice(found, evidence, photograph)
     trials = Trials(found, photograph, wishes, before)
     full, pressed = trials.plain, []
     rivals: list[tuple[str, Fitted]] = []
@@ -86,7 +79,7 @@ def adapt(
     if wishes.get("contact") and not pressed:
         evidence["contact"] = f"{UNFITTED} no disc of contact fits the image: it is left out"
     if full is trials.plain and not pressed:
-        return Choice(found, evidence)
+        return Choice(found, evidence, photograph)
     judge = _Judge([trials.plain, full, *pressed], trials.reduced)
     if pressed:
         best = min(pressed, key=judge.criterion)
@@ -100,7 +93,7 @@ def adapt(
             evidence["film"] = _said("film" in full.parts, wishes.get("film"), gain)
     parts, numbers = _without_idle_warps(full, wishes, judge, evidence)
     if not parts and found.converged and full.solution.chi2 > _ELSEWHERE * trials.plain.solution.chi2:
-        return Choice(found, evidence, tuple(rivals))
+        return Choice(found, evidence, photograph, tuple(rivals))
     chosen = _settled(found, parts, numbers, evidence)
     if _too_steep(chosen, photograph) and not wishes.get("distortion"):
         evidence["distortion"] = (
@@ -111,7 +104,7 @@ def adapt(
         chosen = _settled(found, left, found.numbers, evidence)
     if chosen.parts and chosen.orders < _FEW_FOR_PARTS and judge.inflation > _STRUCTURED and found.converged:
         rivals.append(("parts that few rings may feign", found))
-    return Choice(chosen, evidence, tuple(rivals))
+    return Choice(chosen, evidence, photograph, tuple(rivals))
 
 
 def _screened(found: Fitted, wishes: dict[str, bool]) -> dict[str, str]:

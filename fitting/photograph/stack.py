@@ -19,7 +19,7 @@ from fitting.parameters import (
 from fitting.photo import frames_of
 from fitting.photograph.frame_fit import FrameFit, FrameScale
 from fitting.photograph.measure import fit
-from fitting.photograph.selection import checked_parts
+from fitting.photograph.task import checked_parts
 from fitting.photograph.tracking import LostError, Track, begin, follow
 from newtonjax.numerics import x64
 

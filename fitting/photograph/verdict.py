@@ -26,6 +26,20 @@ _FEWEST, _FEWEST_GUIDED = 1.5, 1.0
 _STRUCTURE, _GROWTH, _ALIKE = 0.02, 3.6, 3.0
 
 
+class RefusedError(Exception):
+    """A photograph of which no radius can be had: why, and the photograph as far as it was read."""
+
+    def __init__(self, reason: str, photograph: Photograph):
+        super().__init__(reason)
+        self.reason, self.photograph = reason, photograph
+
+
+def judge(fit: Fitted, photograph: Photograph, rings: Rings, guided: bool = False) -> None:
+    """Raise RefusedError where `why_refused` has a reason."""
+    if reason := why_refused(fit, photograph, rings, guided):
+        raise RefusedError(reason, photograph)
+
+
 def why_refused(found: Fitted, photograph: Photograph, rings: Rings, guided: bool = False) -> str:
     """Why no radius can be had from a fit of the gap formula; empty where one can.
 

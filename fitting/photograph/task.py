@@ -1,0 +1,112 @@
+"""What a fit is asked: a photograph, what is given of its set-up, and what the user wishes; checked."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import jax
+import numpy as np
+
+from fitting.model import PARTS
+from fitting.parameters import (
+    Quantities,
+    checked_fixed,
+    checked_plate,
+    checked_start,
+    curved_surface,
+    quantities,
+)
+from fitting.photo import Photograph
+from fitting.photo import read as read_photograph
+from fitting.photograph.verdict import RefusedError
+from newtonjax.scene import Scene, required_gap
+
+_UNSTATED = (
+    "the view was not stated: taken as Newton's rings in reflected light; one image does not tell these from "
+    "transmitted ones without a known gap, nor from the rings of a Michelson interferometer"
+)
+# Fewer pixels hold no rings.
+_FEWEST = 64
+
+
+@dataclass(frozen=True)
+class Task:
+    """A photograph to measure, and all that is known of it.
+
+    - `view`: "reflected" or "transmitted"; `scene`: the bench to trace, None for fringes in the gap.
+    - `fixed`, `start`: what the user holds, and starts from, by name; `wishes`: whether parts are wanted, by part.
+    - `keeps_curve`: whether the user has said how codes follow the light.
+    """
+
+    photograph: Photograph
+    quantities: Quantities
+    view: str
+    scene: Scene | None
+    fixed: dict
+    start: dict
+    wishes: dict[str, bool]
+    keeps_curve: bool
+
+    @property
+    def is_guided(self) -> bool:
+        """Whether a person gave a start or held values, and so has seen rings."""
+        return bool(self.fixed or self.start)
+
+    @property
+    def contact_phase(self) -> float:
+        """Phase of the fringes where the faces touch [turns]."""
+        return 0.5 if self.view == "reflected" else 0.0
+
+
+def checked_parts(parts) -> dict[str, bool]:
+    """The user's wishes by part. Raises ValueError for other names or values."""
+    parts = {} if parts is None else parts
+    if not isinstance(parts, dict) or set(parts) - set(PARTS) or not all(isinstance(v, bool) for v in parts.values()):
+        raise ValueError(f"parts is {parts!r}; allowed: a mapping of {', '.join(PARTS)} to True or False")
+    return dict(parts)
+
+
+def task_of(arguments: dict[str, Any]) -> Task:
+    """The task of the arguments of `fitting.fit`, by name.
+
+    Raises ValueError and FileNotFoundError for what cannot be used, RefusedError for a photograph without fringes.
+    """
+    image, scene, view = arguments["image"], arguments["scene"], arguments["view"] or "reflected"
+    if view not in ("reflected", "transmitted"):
+        raise ValueError(f"view is {view!r}; allowed: 'reflected' or 'transmitted'")
+    wishes = checked_parts(arguments["parts"])
+    given = _quantities(arguments, scene)
+    fixed, start = checked_fixed(arguments["fixed"]), checked_start(arguments["start"])
+    photograph = read_photograph(
+        np.asarray(image) if isinstance(image, jax.Array) else image, arguments["transfer"], arguments["mask"]
+    )
+    if arguments["view"] is None and scene is None:
+        photograph.warnings.append(_UNSTATED)
+    if (usable := int(photograph.mask.sum())) < _FEWEST:
+        reason = f"{usable} pixels of {photograph.mask.size} can be used: the image is saturated, dark or masked"
+        raise RefusedError(reason, photograph)
+    if photograph.is_uniform:
+        raise RefusedError("the image is uniform: there are no fringes", photograph)
+    view, keeps_curve = view if scene is None else scene.view, arguments["transfer"] is not None
+    return Task(photograph, given, view, scene, fixed, start, wishes, keeps_curve)
+
+
+def _quantities(arguments: dict[str, Any], scene: Scene | None) -> Quantities:
+    values = {name: arguments[name] for name in ("radius", "wavelength", "pixel_size", "index")}
+    sd, free = {name: arguments[f"{name}_sd"] for name in values}, arguments["free"]
+    free = (free,) if isinstance(free, str) else tuple(free or ())
+    if set(free) - set(values):
+        raise ValueError(f"free is {free}; allowed: radius, wavelength, pixel_size or index")
+    if scene is None:
+        values["index"] = 1.0 if values["index"] is None else values["index"]
+    else:
+        curved_surface(scene)  # refuses what a fit cannot take before the image is read
+        of_scene = {"wavelength": scene.wavelength, "index": scene.media[required_gap(scene) + 1]}
+        values |= {name: float(value) for name, value in of_scene.items() if values[name] is None}
+    given = quantities(values, sd, free)
+    if scene is not None and given.unknown is None:
+        raise ValueError("with a scene, give the pixel size, or the radius to measure the pixel size by")
+    if plate := checked_plate(arguments["plate_radius"], arguments["plate_radius_sd"]):
+        if scene is not None or given.unknown != "radius":
+            raise ValueError("plate_radius goes with wavelength and pixel_size, and no scene; leave it out")
+        return replace(given, plate=plate)
+    return given
