@@ -183,10 +183,10 @@ def speed(size: int, repeats: int) -> dict:
 def main() -> None:
     """Run both parts and write the numbers."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="256 pixels a side, nothing written")
+    parser.add_argument("--quick", action="store_true", help="512 pixels a side, nothing written")
     options = parser.parse_args()
     jax.config.update("jax_enable_x64", True)
-    size, repeats = (256, 3) if options.quick else (1024, 9)
+    size, repeats = (512, 3) if options.quick else (1024, 9)
     found = {"size": size, "likelihood": likelihood(size, repeats), "fit": speed(size, repeats)}
     print(json.dumps(found, indent=1))
     assert found["likelihood"]["largest_error"] < 1e-3, "the moments are not the likelihood"
