@@ -91,7 +91,7 @@ def stopped(verb: str, number: int, moment: float, folder: Path) -> dict:
         "moment": moment,
         "seconds": seconds,
         "status": process.returncode,
-        "said": said.strip().splitlines()[-1:],
+        "said": said.replace(f"{folder}/", "").strip().splitlines()[-1:],
         "half_written": [path.name for path in files if path.name.endswith(".part")],
         "broken": [path.name for path in files if not path.name.endswith(".part") and not _is_complete(path)],
         "empty_folder": out.is_dir() and not files and not verb.startswith("render"),
