@@ -57,14 +57,14 @@ def says_its_origin(verb: Callable[Arguments, Result]) -> Callable[Arguments, Re
     return with_origin
 
 
-def _origin_of(source: Any, given: Mapping[str, Any]) -> Origin:
+def _origin_of(source: Any, arguments: Mapping[str, Any]) -> Origin:
     file = Path(source) if isinstance(source, str | Path) else None
     # What is not there, or cannot be read, the verb itself refuses.
     data = (file.read_bytes() if file.is_file() else b"") if file else _bytes_of(source)
     return Origin(
         file.name if file else None,
         hashlib.sha256(data).hexdigest(),
-        {name: _as_json(value) for name, value in given.items() if value is not None},
+        {name: _as_json(value) for name, value in arguments.items() if value is not None},
         version("newtonjax"),
         datetime.now(UTC).isoformat(timespec="seconds"),
     )
@@ -122,6 +122,14 @@ class AbstractResult(abc.ABC):
         """
         del ax
         raise ValueError(f"a {type(self).__name__} has no picture; print its report()")
+
+    def _reason_figure(self) -> Any:
+        """A figure that says why there is no answer, where there is nothing to draw."""
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(6, 2.2), layout="constrained")
+        figure.text(0.5, 0.5, f"{self.status}: {self.message}", ha="center", va="center", wrap=True)
+        return figure
 
     def save(self, path: str | Path, *, force: bool = False) -> None:
         """Write the result as JSON, from which `load` makes it again; pixels are not in it.

@@ -107,10 +107,3 @@ def _draw_rings(axes, phase: np.ndarray, weights: np.ndarray) -> None:
 def _limits(axes, shape: tuple[int, int]) -> None:
     axes.set_xlim(-0.5, shape[1] - 0.5)
     axes.set_ylim(shape[0] - 0.5, -0.5)
-
-
-def of_words(text: str) -> Figure:
-    """A figure that holds a sentence, where there is nothing to draw."""
-    figure = Figure(figsize=(6, 2.2), layout="constrained")
-    figure.text(0.5, 0.5, text, ha="center", va="center", wrap=True)
-    return figure

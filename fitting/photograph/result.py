@@ -103,7 +103,7 @@ class FitResult(AbstractResult):
         if ax is None and (self.picture is None or self.centre_px is None):
             if self.centre_px is not None:
                 raise ValueError("a loaded result has no photograph to draw; fit the photograph again")
-            return figure.of_words(f"{self.status}: {self.message}")
+            return self._reason_figure()
         if self.picture is None or self.centre_px is None:
             raise ValueError(f"a result of status {self.status!r} has no photograph with rings; a loaded one has none")
         if ax is None:

@@ -1,7 +1,6 @@
 """A result as one HTML file: answer, pictures, budget, the model's parts, and how to get it again."""
 
 import base64
-import hashlib
 import html
 import json
 import platform
@@ -35,7 +34,7 @@ def page(result, photo: Path, command: str, pictures: Mapping[str, bytes], chain
         *(f"<h2>{html.escape(title)}</h2>{_image(png)}" for title, png in pictures.items()),
         f"<h2>Report</h2><pre>{html.escape(result.report())}</pre>",
         "" if chain is None else f"<pre>{html.escape(chain.report())}</pre>",
-        _table("How to get it again", _history(photo, command)),
+        _table("How to get it again", _history(photo, result.origin.sha256, command)),
         f"<h2>All numbers</h2><pre>{html.escape(json_text(result.to_dict()))}</pre>",
     ]
     title = html.escape(f"newtonjax: {photo.name}")
@@ -67,8 +66,7 @@ def _image(png: bytes) -> str:
     return f'<img src="data:image/png;base64,{base64.b64encode(png).decode()}">'
 
 
-def _history(photo: Path, command: str) -> list[tuple[str, str]]:
-    digest = hashlib.sha256(photo.read_bytes()).hexdigest()
+def _history(photo: Path, digest: str, command: str) -> list[tuple[str, str]]:
     programs = {name: version(name) for name in ("newtonjax", "jax", "numpy", "scipy", "optimistix")}
     return [
         ("command", f"<code>{html.escape(command)}</code>"),

@@ -59,7 +59,7 @@ class Outputs(NamedTuple):
         if path := self._json_path():
             output.write(path, answer, self.force)
         if self.folder is not None:
-            picture_bytes = self._write_result(result, extras, picture_bytes)
+            picture_bytes = self._write_result(result, answer, text, picture_bytes)
             for name, content in (extras.files(picture_bytes) if extras.files and picture_bytes else {}).items():
                 output.write(self.in_folder()[name], content, self.force)
         if status:
@@ -68,10 +68,10 @@ class Outputs(NamedTuple):
 
     def keep(self, result) -> bytes:
         """Write to the folder what is complete before longer work starts; the picture, empty without one."""
-        return b"" if self.folder is None else self._write_result(result, Extras())
+        return b"" if self.folder is None else self._write_result(result, *_texts(result, Extras()))
 
-    def _write_result(self, result, extras: Extras, picture_bytes: bytes = b"") -> bytes:
-        paths, (answer, text) = self.in_folder(), _texts(result, extras)
+    def _write_result(self, result, answer: str, text: str, picture_bytes: bytes = b"") -> bytes:
+        paths = self.in_folder()
         output.write(paths["report"], text + "\n", self.force)
         output.write(paths["json"], answer, self.force)
         if _EXIT[result.status] == 3:

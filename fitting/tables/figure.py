@@ -32,13 +32,6 @@ def draw_line(rings: Sequence[Ring], unit: str, axes) -> None:
     axes.legend()
 
 
-def of_words(text: str) -> Figure:
-    """A figure that holds a sentence, where there is nothing to draw."""
-    figure = Figure(figsize=(6, 2.2), layout="constrained")
-    figure.text(0.5, 0.5, text, ha="center", va="center", wrap=True)
-    return figure
-
-
 def _draw_readings(rings: Sequence[Ring], unit: str, axes, name: str) -> None:
     factor, power = _drawn_in(unit)[0], 2 if name == "radius" else 1
     order = np.array([ring.order for ring in rings])

@@ -108,7 +108,7 @@ class RingsResult(AbstractResult):
         if not self.rings or self.slope is None:
             if ax is not None:
                 raise ValueError(f"there is no line to draw: {self.status}: {self.message}")
-            return figure.of_words(f"{self.status}: {self.message}")
+            return self._reason_figure()
         if ax is not None:
             figure.draw_line(self.rings, self.unit, ax)
             return ax.figure

@@ -126,6 +126,7 @@ def an_answer(status="ok", **changes):
         budget=[],
         model={},
         evidence=None,
+        origin=SimpleNamespace(sha256="0" * 64),
         to_dict=lambda: answer,
         figure=lambda: Figure(figsize=(1, 1)),
         report=lambda: f"radius {answer['radius_m']}",
