@@ -32,7 +32,7 @@ Arguments = ParamSpec("Arguments")
 class Origin(NamedTuple):
     """What a result was made from.
 
-    - `file`: its name, None for an array; `sha256`: of the file's bytes, or of the array's.
+    - `file`: its name, None for an array; `sha256`: of the file's bytes, or of the array's in rows.
     - `given`: the arguments that were given, by name; what JSON cannot hold is named by its type.
     - `version`: of newtonjax; `date`: of the call, ISO 8601 with its offset from UTC.
     """
@@ -70,11 +70,14 @@ def _origin_of(source: Any, arguments: Mapping[str, Any]) -> Origin:
     )
 
 
-def _bytes_of(source: Any) -> bytes:
+def _bytes_of(source: Any) -> Any:
+    """What is hashed of an array or a table; the pixels of an array without a copy of them."""
     if isinstance(source, Mapping):
         return repr({str(key): np.asarray(column, dtype=object).tolist() for key, column in source.items()}).encode()
     array = np.asarray(source)
-    return f"{array.dtype} {array.shape} ".encode() + np.ascontiguousarray(array).tobytes()
+    if array.dtype.hasobject:
+        return repr(array.tolist()).encode()
+    return np.ascontiguousarray(array).view(np.uint8) if array.ndim else array.tobytes()
 
 
 def _as_json(value: Any) -> Any:
