@@ -60,7 +60,7 @@ def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
         _knob("pixel_size", float(camera.pixel_size), _pixel_size),
         _knob("centre_x", centre[0], _centre(0), 1.0),
         _knob("centre_y", centre[1], _centre(1), 1.0),
-        _index("index", scene, upper),
+        _index("lens_index", scene, upper),
         _index("gap_index", scene, upper + 1),
         _index("plate_index", scene, upper + 2),
         _distance(scene),
@@ -209,7 +209,7 @@ def quantities_of(scene: Scene, face: int) -> dict[str, float]:
     return {
         "radius": abs(1 / float(scene.surfaces[face].curvature)),
         "wavelength": float(scene.wavelength),
-        "index": float(scene.media[required_gap(scene) + 1]),
+        "gap_index": float(scene.media[required_gap(scene) + 1]),
     }
 
 
@@ -217,7 +217,7 @@ def change(scene: Scene, quantity: str, factor, face: int) -> Scene:
     """The scene with a quantity multiplied: a face's radius, the wavelength, or the gap's index."""
     if quantity == "wavelength":
         return eqx.tree_at(lambda s: s.light.wavelength, scene, scene.wavelength * factor)
-    if quantity == "index":
+    if quantity == "gap_index":
         at = required_gap(scene) + 1
         media = jnp.asarray(scene.media)
         return eqx.tree_at(lambda s: s.media, scene, media.at[at].multiply(factor))

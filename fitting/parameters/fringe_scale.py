@@ -9,7 +9,7 @@ import numpy as np
 from fitting.parameters.table import TABLE
 
 # ln k = Σ exponent ln quantity, for the fringe scale k = n s² / (R λ).
-EXPONENTS = {"radius": -1, "wavelength": -1, "pixel_size": 2, "index": 1}
+EXPONENTS = {"radius": -1, "wavelength": -1, "pixel_size": 2, "gap_index": 1}
 
 
 def number(name: str, value) -> float:
@@ -123,10 +123,10 @@ def held_turns(fixed: dict, quantities: Quantities) -> float:
 
     Raises ValueError where what it takes is not known.
     """
-    for name in ("wavelength", "index"):
+    for name in ("wavelength", "gap_index"):
         if name not in quantities.given and fixed["gap"] != 0:
             raise ValueError(f"a fixed gap needs the {name}, which is free; give it, or fix the gap at 0")
-    return 2 * quantities.given.get("index", 1.0) * fixed["gap"] / quantities.given.get("wavelength", 1.0)
+    return 2 * quantities.given.get("gap_index", 1.0) * fixed["gap"] / quantities.given.get("wavelength", 1.0)
 
 
 def lensless(plate: float, effective: float, reach: float) -> str:
@@ -160,7 +160,7 @@ def quantities(given: dict[str, float | None], sd: dict[str, float | None], free
     missing = [name for name in EXPONENTS if name not in values]
     if not missing:
         raise ValueError(
-            "radius, wavelength, pixel_size and index are all given: nothing is left to measure; "
+            "radius, wavelength, pixel_size and gap_index are all given: nothing is left to measure; "
             "leave one out, or name it in free"
         )
     return Quantities(

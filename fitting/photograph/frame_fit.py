@@ -124,10 +124,10 @@ class FrameScale:
             relative *= values["radius"] / effective
         value = float(values[measured])
         image, total = value * relative, value * float(np.hypot(relative, self.given))
-        period = values["wavelength"] / (2 * values["index"])
+        period = values["wavelength"] / (2 * values["gap_index"])
         numbers = Numbers(*found.numbers)
         gap = (numbers.phase - self.half) * period if self.gap is None else self.gap
-        wave_sd, index_sd = (known.sd.get(name, 0.0) / values[name] for name in ("wavelength", "index"))
+        wave_sd, index_sd = (known.sd.get(name, 0.0) / values[name] for name in ("wavelength", "gap_index"))
         disc = float(np.sqrt(max(numbers.contact, 0.0))) * found.model.frame.unit * values["pixel_size"]
         is_radius = measured == "radius"
         return replace(

@@ -43,11 +43,11 @@ def fit(
     wavelength: float | None = None,
     pixel_size: float | None = None,
     radius: float | None = None,
-    index: float | None = None,
+    gap_index: float | None = None,
     wavelength_sd: float | None = None,
     pixel_size_sd: float | None = None,
     radius_sd: float | None = None,
-    index_sd: float | None = None,
+    gap_index_sd: float | None = None,
     plate_radius: float | None = None,
     plate_radius_sd: float | None = None,
     view: str | None = None,
@@ -59,7 +59,7 @@ def fit(
     mask: str | Path | np.ndarray | None = None,
     parts: dict[str, bool] | None = None,
 ) -> FitResult:
-    """The lens radius, or another one of radius, wavelength, pixel size and index, from an image of rings.
+    """The lens radius, or another one of radius, wavelength, pixel size and gap index, from an image of rings.
 
     Without `scene` the model is fringes localized in the gap: path difference 2 n t of the exact sphere at normal
     incidence, dark centre in contact reflected, bright transmitted. With `scene` it is that bench, traced, with its
@@ -68,11 +68,11 @@ def fit(
     Args:
       image: a file, or an array [rows, columns] or [rows, columns, channels].
       wavelength, pixel_size, radius: [m]; two of the three. Without the pixel size the answer is the fringe scale.
-        With `scene` the wavelength and the index are the scene's unless given or named in `free`.
-      index: of the gap's medium, 1 unless given; `free=("index",)` measures it.
+        With `scene` the wavelength and gap_index are the scene's unless given or named in `free`.
+      gap_index: of the gap's medium, 1 unless given; `free=("gap_index",)` measures it.
       plate_radius, plate_radius_sd: of a curved plate under the lens [m], positive where it bulges towards the lens;
         the rings then are those of 1/R + 1/plate_radius, and the radius is the lens's. For shallow faces.
-      wavelength_sd, pixel_size_sd, radius_sd, index_sd: standard deviations of what is given; they enter the budget.
+      wavelength_sd, pixel_size_sd, radius_sd, gap_index_sd: standard deviations of what is given; part of the budget.
       view: "reflected" (where it is not given, with a warning) or "transmitted"; a scene has its own.
       fixed: values held, by name: "gap" [m], "centre_px" (x, y).
       start: values to start from instead of the search, by name: "radius" [m] or "fringe_scale_per_px2", "centre_px".
@@ -127,7 +127,7 @@ def _given_rings(task: Task) -> Rings:
     if scale is None:
         if "pixel_size" not in values or "wavelength" not in values:
             raise ValueError("start holds a radius, which needs pixel_size and wavelength; give fringe_scale_per_px2")
-        scale = values.get("index", 1.0) * values["pixel_size"] ** 2 / (task.start["radius"] * values["wavelength"])
+        scale = values.get("gap_index", 1.0) * values["pixel_size"] ** 2 / (task.start["radius"] * values["wavelength"])
     return Rings(float(scale), task.start["centre_px"], 0.0, 0.0)
 
 

@@ -86,7 +86,7 @@ def measured(
         reason = f"beside a plate of {known.plate[0]:g} m the lens is flat within its standard deviation"
         return common | {"status": "refused", "message": reason}
     # The measured gap and contact are lengths in units of what is given.
-    period_sd = np.hypot(relative_sd.get("wavelength", 0.0), relative_sd.get("index", 0.0))
+    period_sd = np.hypot(relative_sd.get("wavelength", 0.0), relative_sd.get("gap_index", 0.0))
     gap_sd = float(np.hypot(sds.phase, gap * period_sd))
     if "contact_radius" in parameters:
         contact = parameters["contact_radius"]
@@ -188,7 +188,7 @@ def _of_gap(model, known: Quantities, view: str, numbers: Numbers):
         return {"fringe_scale_per_px2": scale}, 1 / unit2, None, 1.0
     values = known.values(scale)
     slope = values[known.unknown] / EXPONENTS[known.unknown] / numbers.curvature
-    period = values["wavelength"] / (2 * values["index"])
+    period = values["wavelength"] / (2 * values["gap_index"])
     turns = numbers.phase - (0.5 if view == "reflected" else 0.0)
     gap = float(turns - np.round(turns)) * period
     return values | {"fringe_scale_per_px2": scale}, slope, gap, period
@@ -200,7 +200,7 @@ def _of_scene(model: SceneModel, known: Quantities, numbers: Numbers):
     values = {**quantities_of(scene, model.face), "pixel_size": float(model.pixel_size)}
     slope, period = values[known.measured], values["wavelength"] / 2
     values[known.measured] *= 1 + float(numbers.curvature)
-    scale = values["index"] * values["pixel_size"] ** 2 / (values["radius"] * values["wavelength"])
+    scale = values["gap_index"] * values["pixel_size"] ** 2 / (values["radius"] * values["wavelength"])
     return values | {"fringe_scale_per_px2": scale}, slope, gap_height(scene) + float(numbers.phase) * period, period
 
 

@@ -30,11 +30,11 @@ def fit_stack(
     wavelength: float | None = None,
     pixel_size: float | None = None,
     radius: float | None = None,
-    index: float | None = None,
+    gap_index: float | None = None,
     wavelength_sd: float | None = None,
     pixel_size_sd: float | None = None,
     radius_sd: float | None = None,
-    index_sd: float | None = None,
+    gap_index_sd: float | None = None,
     plate_radius: float | None = None,
     plate_radius_sd: float | None = None,
     view: str | None = None,
@@ -58,7 +58,7 @@ def fit_stack(
     Args:
       frames: an array [frames, rows, columns] or with channels; an iterable of arrays or paths; or the path of a TIFF
         with several pages, a GIF or a video (which needs imageio's extra ffmpeg or pyav). Read one by one.
-      wavelength, pixel_size, radius, index and their deviations, plate_radius, view, free, fixed, start, transfer,
+      wavelength, pixel_size, radius, gap_index and their deviations, plate_radius, view, free, fixed, start, transfer,
         mask, parts: as in `fit`; there is no scene.
 
     Raises ValueError and FileNotFoundError, at once, for arguments that cannot be used.
@@ -80,8 +80,8 @@ def _checked(arguments: dict) -> Quantities:
     free = arguments["free"]
     free = (free,) if isinstance(free, str) else tuple(free or ())
     given = {name: arguments[name] for name in EXPONENTS}
-    if given["index"] is None and "index" not in free:
-        given["index"] = 1.0
+    if given["gap_index"] is None and "gap_index" not in free:
+        given["gap_index"] = 1.0
     return quantities(given, {name: arguments[f"{name}_sd"] for name in EXPONENTS}, free)
 
 

@@ -91,16 +91,16 @@ def task_of(arguments: dict[str, Any]) -> Task:
 
 
 def _quantities(arguments: dict[str, Any], scene: Scene | None) -> Quantities:
-    values = {name: arguments[name] for name in ("radius", "wavelength", "pixel_size", "index")}
+    values = {name: arguments[name] for name in ("radius", "wavelength", "pixel_size", "gap_index")}
     sd, free = {name: arguments[f"{name}_sd"] for name in values}, arguments["free"]
     free = (free,) if isinstance(free, str) else tuple(free or ())
     if set(free) - set(values):
-        raise ValueError(f"free is {free}; allowed: radius, wavelength, pixel_size or index")
+        raise ValueError(f"free is {free}; allowed: radius, wavelength, pixel_size or gap_index")
     if scene is None:
-        values["index"] = 1.0 if values["index"] is None else values["index"]
+        values["gap_index"] = 1.0 if values["gap_index"] is None else values["gap_index"]
     else:
         curved_surface(scene)  # refuses what a fit cannot take before the image is read
-        of_scene = {"wavelength": scene.wavelength, "index": scene.media[required_gap(scene) + 1]}
+        of_scene = {"wavelength": scene.wavelength, "gap_index": scene.media[required_gap(scene) + 1]}
         values |= {name: float(value) for name, value in of_scene.items() if values[name] is None}
     given = quantities(values, sd, free)
     if scene is not None and given.unknown is None:

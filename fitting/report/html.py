@@ -21,7 +21,7 @@ pre{background:#f4f4f4;padding:.8em;overflow-x:auto}
 def page(result, photo: Path, command: str, pictures: Mapping[str, bytes], chain=None) -> str:
     """The page; `command` is what was run, `pictures` PNG files by their titles."""
     answer = result.parameters.get(result.measured)
-    unit = "" if result.measured == "index" else " m"
+    unit = "" if result.measured == "gap_index" else " m"
     if result.status == "ok" and answer is not None and answer.sd is not None:
         head = f"{result.measured} = {answer.value:.7g} ± {answer.sd:.2g}{unit}"
     else:

@@ -81,7 +81,7 @@ class Posterior(eqx.Module):
         factors = 1 + self.relative_sd * point[count:]
         by_name = dict(zip(self.given, factors, strict=True))
         # A held gap is so many half wavelengths in its medium as both of these say.
-        longer = by_name.get("index", 1.0) / by_name.get("wavelength", 1.0)
+        longer = by_name.get("gap_index", 1.0) / by_name.get("wavelength", 1.0)
         return free.at[NUMBERS.index("phase")].add(self.held_turns * (longer - 1)), factors
 
     @property
@@ -175,9 +175,9 @@ def _with(model: GapModel | SceneModel, unknown: str | None, factors: dict) -> G
         factor = model.sphere[0] * factors.get("pixel_size", 1.0) / factors.get("radius", 1.0)
     elif unknown == "radius":
         factor = model.sphere[0] * factors.get("wavelength", 1.0)
-        factor = factor / (factors.get("index", 1.0) * factors.get("pixel_size", 1.0))
+        factor = factor / (factors.get("gap_index", 1.0) * factors.get("pixel_size", 1.0))
     else:
-        factor = factors.get("wavelength", 1.0) / (factors.get("index", 1.0) * factors.get("radius", 1.0))
+        factor = factors.get("wavelength", 1.0) / (factors.get("gap_index", 1.0) * factors.get("radius", 1.0))
         factor = model.sphere[0] * jnp.sqrt(factor)
     return eqx.tree_at(lambda m: m.sphere[0], model, factor)
 

@@ -210,8 +210,8 @@ def rings(
     angle_sd: Annotated[
         float | None, option(quantities.angle, "ANGLE", "Standard deviation of the angle of view.")
     ] = None,
-    index: Annotated[float, typer.Option(help="Refractive index of what fills the gap.")] = 1.0,
-    index_sd: Annotated[float | None, typer.Option(help="Standard deviation of the index.")] = None,
+    gap_index: Annotated[float, typer.Option(help="Refractive index of what fills the gap.")] = 1.0,
+    gap_index_sd: Annotated[float | None, typer.Option(help="Standard deviation of the gap's index.")] = None,
     expected_radius: Annotated[
         float | None,
         option(quantities.positive_length, "LENGTH", "Rough radius: warns where diameters and radii are swapped."),
@@ -246,8 +246,8 @@ def rings(
         "bright": bright,
         "angle": angle or 0.0,
         "angle_sd": angle_sd,
-        "index": index,
-        "index_sd": index_sd,
+        "gap_index": gap_index,
+        "gap_index_sd": gap_index_sd,
         "expected_radius": expected_radius,
         "columns": own_columns(column or []),
     }

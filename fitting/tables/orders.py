@@ -30,8 +30,8 @@ def rings(
     bright: bool = False,
     angle: float = 0.0,
     angle_sd: float | None = None,
-    index: float = 1.0,
-    index_sd: float | None = None,
+    gap_index: float = 1.0,
+    gap_index_sd: float | None = None,
     expected_radius: float | None = None,
     columns: Mapping[str, str] | None = None,
 ) -> RingsResult:
@@ -48,7 +48,7 @@ def rings(
       pixel_size: [m], for readings in pixels; without it the answer is the slope.
       bright: the readings are of bright rings.
       angle: of view against the plate's normal, outside [rad].
-      index: of the gap's medium.
+      gap_index: of the gap's medium.
       expected_radius: rough [m]; a radius four times as large or as small is then warned of.
       columns: names of the table's own columns, as {"diameter_mm": "D"}.
 
@@ -63,9 +63,9 @@ def rings(
     unit = "px" if read.unit == "px" and pixel_size is None else "m"
     radius, sd = read.radius * scale, None if read.sd is None else read.sd * scale
     # A ring's path difference is 2 t n cos θ' = 2 t sqrt(n² - sin² θ).
-    path = float(np.sqrt(index**2 - np.sin(angle) ** 2))
+    path = float(np.sqrt(gap_index**2 - np.sin(angle) ** 2))
     contact = -0.5 if (view == "transmitted") != bright else 0.0
-    model = _model(read, view, bright, angle, index)
+    model = _model(read, view, bright, angle, gap_index)
 
     def answer(status: str, message: str = "", **values) -> RingsResult:
         seconds = time.perf_counter() - began
@@ -104,7 +104,7 @@ def rings(
         "pixel_size": 2 * (pixel_size_sd or 0.0) / scale if read.unit == "px" else 0.0,
         "wavelength": (wavelength_sd or 0.0) / wavelength,
         "angle": abs(np.sin(angle) * np.cos(angle)) / path**2 * (angle_sd or 0.0),
-        "index": index / path**2 * (index_sd or 0.0),
+        "gap_index": gap_index / path**2 * (gap_index_sd or 0.0),
     }
     budget = [(name, radius_m * float(sd)) for name, sd in relative.items() if sd or name == "reading"]
     noise, total = budget[0][1], float(np.sqrt(sum(sd**2 for _, sd in budget)))
@@ -122,15 +122,15 @@ def rings(
 def _check(arguments: dict) -> None:
     if arguments["view"] not in ("reflected", "transmitted"):
         raise ValueError(f"view is {arguments['view']!r}; allowed: 'reflected' or 'transmitted'")
-    for name in ("wavelength", "pixel_size", "index"):
+    for name in ("wavelength", "pixel_size", "gap_index"):
         check_quantity(name, arguments[name])
     check_quantity("expected_radius", arguments["expected_radius"], "radius")
-    for name in ("wavelength", "pixel_size", "angle", "index"):
+    for name in ("wavelength", "pixel_size", "angle", "gap_index"):
         check_deviation(name, arguments[f"{name}_sd"], arguments[name])
     if not abs(number("angle", arguments["angle"])) < np.pi / 2:
         raise ValueError(f"angle is {arguments['angle']}; allowed: less than a right angle, in radians")
-    if np.sin(arguments["angle"]) ** 2 >= arguments["index"] ** 2:
-        raise ValueError(f"index is {arguments['index']}: light at this angle does not enter the gap")
+    if np.sin(arguments["angle"]) ** 2 >= arguments["gap_index"] ** 2:
+        raise ValueError(f"gap_index is {arguments['gap_index']}: light at this angle does not enter the gap")
 
 
 def _line(order, radius, sd, contact: float, turns: float | None) -> tuple[Line | None, np.ndarray]:
@@ -226,9 +226,9 @@ def _factor_of_four(radius: float, expected: float | None) -> list[str]:
     ]
 
 
-def _model(read: Readings, view: str, bright: bool, angle: float, index: float) -> dict[str, str]:
+def _model(read: Readings, view: str, bright: bool, angle: float, gap_index: float) -> dict[str, str]:
     return {
         "rings": f"{'bright' if bright else 'dark'}, {view}, read from {read.column}",
         "line": f"r² against order, free intercept, {'weighted' if read.sd is not None else 'equal weights'}",
-        "gap": f"exact sphere, index {index:g}, seen at {np.degrees(angle):g}°",
+        "gap": f"exact sphere, gap index {gap_index:g}, seen at {np.degrees(angle):g}°",
     }

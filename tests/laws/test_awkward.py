@@ -199,9 +199,11 @@ def test_a_gap_that_contradicts_the_view_is_warned_of():
     assert any("check gap and view" in text for text in result.warnings)
 
 
-@pytest.mark.parametrize(("name", "unknown"), [("pixel_size", "radius"), ("radius", "wavelength"), ("index", "radius")])
+@pytest.mark.parametrize(
+    ("name", "unknown"), [("pixel_size", "radius"), ("radius", "wavelength"), ("gap_index", "radius")]
+)
 def test_budget_of_a_steep_sphere_is_that_of_refitting(name, unknown):
-    truth = {"radius": 0.9e-3, "wavelength": WAVELENGTH, "pixel_size": 1e-6, "index": 1.0}
+    truth = {"radius": 0.9e-3, "wavelength": WAVELENGTH, "pixel_size": 1e-6, "gap_index": 1.0}
     image = rings(truth["radius"], truth["pixel_size"], noise=0.01)
     given = {key: value for key, value in truth.items() if key != unknown}
     result = fitting.fit(image, **given, **{f"{name}_sd": 1e-3 * truth[name]})

@@ -67,22 +67,22 @@ def test_any_two_of_radius_wavelength_and_pixel_size_give_the_third(fitted):
     assert by_pixel.sd / 5e-6 == pytest.approx(relative / 2, rel=1e-2)
 
 
-@pytest.mark.parametrize("unknown", ["radius", "wavelength", "pixel_size", "index"])
+@pytest.mark.parametrize("unknown", ["radius", "wavelength", "pixel_size", "gap_index"])
 def test_a_steep_sphere_biases_no_quantity(unknown):
     # The sphere differs from its parabola by (r/R)²/4, 1 % at the corner; the search starts 1e-4 to 1e-3 away.
-    truth = {"radius": 0.9e-3, "wavelength": WAVELENGTH, "pixel_size": 1e-6, "index": 1.0}
+    truth = {"radius": 0.9e-3, "wavelength": WAVELENGTH, "pixel_size": 1e-6, "gap_index": 1.0}
     image = rings(truth["radius"], truth["pixel_size"])
     given = {name: value for name, value in truth.items() if name != unknown}
-    result = fitting.fit(image, free=("index",) if unknown == "index" else (), **given)
+    result = fitting.fit(image, free=("gap_index",) if unknown == "gap_index" else (), **given)
     assert result.parameters[unknown].value == pytest.approx(truth[unknown], rel=1e-9)
 
 
 def test_index_of_a_liquid_is_measured_when_named_free():
     image = rings(index=1.333, noise=0.05)
-    result = fitting.fit(image, radius=0.3, free=("index",), **GIVEN)
-    index = result.parameters["index"]
+    result = fitting.fit(image, radius=0.3, free=("gap_index",), **GIVEN)
+    index = result.parameters["gap_index"]
     assert abs(index.value - 1.333) < 4 * index.sd
-    assert result.to_dict()["index"] == index.value
+    assert result.to_dict()["gap_index"] == index.value
 
 
 def test_standard_deviations_of_scale_and_wavelength_enter_the_budget(fitted):
@@ -220,7 +220,7 @@ def test_fringes_that_one_sphere_does_not_make_give_no_radius(kind):
         ({**GIVEN, "free": ("tilt",)}, "free is"),
         ({**GIVEN, "transfer": "wrong"}, "transfer is 'wrong'; allowed"),
         ({**GIVEN, "mask": np.ones((3, 3), bool)}, "mask has shape"),
-        ({"radius": 0.3, **GIVEN, "free": ("index",), "fixed": {"gap": 1e-7}}, "fixed gap needs the index"),
+        ({"radius": 0.3, **GIVEN, "free": ("gap_index",), "fixed": {"gap": 1e-7}}, "fixed gap needs the gap_index"),
         ({**GIVEN, "pixel_size_sd": -1.0}, "pixel_size_sd is -1.0; allowed"),
     ],
 )

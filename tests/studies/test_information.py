@@ -16,7 +16,7 @@ from fitting.studies.electrons import variance
 CAMERA = nj.Camera((96, 80), 60e-6, centre_px=(30.0, 51.5), exposure=8000.0, full_well=20_000.0, bits=10)
 FREE = ("radius", "gap", "centre_x", "centre_y", "exposure", "contrast", "stray")
 STEPS = {"radius": 1e-6, "gap": 1e-5, "centre_x": 1e-3, "centre_y": 1e-3, "exposure": 1e-4, "wavelength": 1e-7,
-         "pixel_size": 1e-7, "screen": 1e-3, "index": 1e-5, "gap_index": 1e-7, "plate_index": 1e-5,
+         "pixel_size": 1e-7, "screen": 1e-3, "lens_index": 1e-5, "gap_index": 1e-7, "plate_index": 1e-5,
          "light_tilt_x": 1e-4, "light_tilt_y": 1e-4, "plate_tilt_x": 1e-4, "plate_tilt_y": 1e-4}  # fmt: skip
 
 
@@ -226,5 +226,5 @@ def test_other_names_scenes_and_shapes_compile_nothing():
             for names in (("gap", "exposure"), ("wavelength", "light_tilt_x", "stray"), tuple(knobs(scene, camera))):
                 information(scene, camera, names)
         sensitivity(scenes[0], nj.Camera((33, 35), 50e-6), "gap", free=("radius", "exposure"))
-        derivative_images(scenes[1], nj.Camera((20, 30), 50e-6), ("radius", "index"))
+        derivative_images(scenes[1], nj.Camera((20, 30), 50e-6), ("radius", "lens_index"))
     assert compiled.count == 0

@@ -21,7 +21,8 @@ CAMERA = nj.Camera((64, 60), 80e-6)
 # By how much each number is held too large: the first four move the radius by 0.5 to 1 %. Of a tilt the effect is a
 # square, of which the slope leaves δ over twice the tilt.
 WRONG = {"pixel_size": 0.4e-6, "wavelength": 5e-9, "gap_index": 0.01, "screen": 2e-3, "light_tilt_x": 5e-3,
-         "light_tilt_y": 5e-3, "index": 0.05, "plate_tilt_x": 3e-5, "plate_tilt_y": 3e-5, "stray": 0.01}  # fmt: skip
+         "light_tilt_y": 5e-3, "lens_index": 0.05, "plate_tilt_x": 3e-5, "plate_tilt_y": 3e-5,
+         "stray": 0.01}  # fmt: skip
 
 
 @pytest.fixture(scope="module")

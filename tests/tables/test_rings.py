@@ -91,15 +91,15 @@ def test_a_liquid_and_an_oblique_view_follow_snells_law_at_fifty_digits():
         heights = [m * mpmath.mpf(WAVELENGTH) / (2 * index * cosine) for m in range(1, 12)]
         diameters = [float(2000 * mpmath.sqrt(2 * radius * h - h * h)) for h in heights]
     rows = {"order": range(1, 12), "diameter_mm": diameters}
-    result = fitting.rings(rows, wavelength=WAVELENGTH, index=1.333, angle=np.radians(35))
+    result = fitting.rings(rows, wavelength=WAVELENGTH, gap_index=1.333, angle=np.radians(35))
     assert result.radius == pytest.approx(2.0, rel=1e-10)
 
 
 def test_budget_rows_are_the_derivatives_of_the_radius():
-    given = {"wavelength": WAVELENGTH, "index": 1.333, "angle": 0.4, "pixel_size": 1e-5}
+    given = {"wavelength": WAVELENGTH, "gap_index": 1.333, "angle": 0.4, "pixel_size": 1e-5}
     exact = table(noise=0.01)
     rows = {"order": exact["order"], "diameter_px": exact["diameter_mm"] * 100}
-    sds = {"wavelength": 1e-10, "pixel_size": 1e-7, "index": 1e-3, "angle": 1e-3}
+    sds = {"wavelength": 1e-10, "pixel_size": 1e-7, "gap_index": 1e-3, "angle": 1e-3}
     result = fitting.rings(rows, **given, **{f"{name}_sd": sd for name, sd in sds.items()})
     for name, sd in sds.items():
         both = [fitting.rings(rows, **{**given, name: given[name] + sign * 1e-3 * sd}).radius for sign in (1, -1)]
@@ -198,8 +198,8 @@ def test_tables_that_cannot_be_read_say_why(rows, words):
 @pytest.mark.parametrize(
     "wrong",
     [{"wavelength": 0.0}, {"wavelength": 589.3}, {"pixel_size_sd": 1e-7},
-     {"view": "side"}, {"angle": 2.0}, {"index": -1.0}, {"wavelength_sd": -1.0},
-     {"columns": {"diameter_mm": "D"}}, {"index": 0.1, "angle": 0.5}],
+     {"view": "side"}, {"angle": 2.0}, {"gap_index": -1.0}, {"wavelength_sd": -1.0},
+     {"columns": {"diameter_mm": "D"}}, {"gap_index": 0.1, "angle": 0.5}],
 )  # fmt: skip
 def test_arguments_out_of_range_are_refused(wrong):
     with pytest.raises(ValueError, match=r"allowed|index|column|without"):
