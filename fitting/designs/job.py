@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fitting.designs.prospects import FIELD, Bench, Layout, Limits
-from fitting.parameters import Knob, ParameterSpec, chosen, deviation, knobs, require_held, still
+from fitting.parameters import Knob, ParameterSpec, check_not_free, chosen, knobs, relative_or_absolute_sd, still
 from fitting.studies import free_beside
 from newtonjax.scene import Camera, Scene, middle
 
@@ -24,10 +24,10 @@ class Job:
             raise ValueError(f"{sorted(twice)[0]} cannot be varied here: it has another part already")
         self.numbers = chosen(may_vary, self.names)
         self.free = free_beside(target, free, every_knob)
-        require_held(held_sds, self.free)
+        check_not_free(held_sds, self.free)
         held = tuple(held_sds)
         self.moved = chosen(every_knob, (*self.free, *held))
-        of_held = [deviation(self.moved[name], sd) for name, sd in held_sds.items()]
+        of_held = [relative_or_absolute_sd(self.moved[name], sd) for name, sd in held_sds.items()]
         self.relative = tuple(share for share, _ in of_held)
         self.deviations = tuple(sd for _, sd in of_held)
         self.held = held

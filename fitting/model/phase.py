@@ -22,9 +22,9 @@ from newtonjax.scene import Scene, hertz_gap
 
 # Numbers of the parts of a model; without its part a number is 0.
 PARTS = {
-    "oblique view": ("stretch", "shear"),
+    "oblique_view": ("stretch", "shear"),
     "distortion": ("distortion",),
-    "fifth order": ("distortion_fifth_order",),
+    "fifth_order": ("distortion_fifth_order",),
     "contact": ("contact",),
     "film": (),
 }

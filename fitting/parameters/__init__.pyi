@@ -9,9 +9,13 @@ from fitting.parameters.bench import quantities_of as quantities_of
 from fitting.parameters.bench import raise_lens as raise_lens
 from fitting.parameters.bench import still as still
 from fitting.parameters.blas import one_blas_thread as one_blas_thread
+from fitting.parameters.deviations import Deviation as Deviation
+from fitting.parameters.deviations import Deviations as Deviations
+from fitting.parameters.deviations import absolute_sd as absolute_sd
+from fitting.parameters.deviations import check_not_free as check_not_free
+from fitting.parameters.deviations import relative_or_absolute_sd as relative_or_absolute_sd
 from fitting.parameters.fringe_scale import EXPONENTS as EXPONENTS
 from fitting.parameters.fringe_scale import Quantities as Quantities
-from fitting.parameters.fringe_scale import check_deviation as check_deviation
 from fitting.parameters.fringe_scale import check_quantity as check_quantity
 from fitting.parameters.fringe_scale import checked_fixed as checked_fixed
 from fitting.parameters.fringe_scale import checked_plate as checked_plate
@@ -20,9 +24,9 @@ from fitting.parameters.fringe_scale import held_turns as held_turns
 from fitting.parameters.fringe_scale import lensless as lensless
 from fitting.parameters.fringe_scale import number as number
 from fitting.parameters.fringe_scale import quantities as quantities
-from fitting.parameters.known import Known as Known
-from fitting.parameters.known import deviation as deviation
-from fitting.parameters.known import require_held as require_held
+from fitting.parameters.progress import Progress as Progress
+from fitting.parameters.progress import on_a_terminal as on_a_terminal
+from fitting.parameters.progress import progress_of as progress_of
 from fitting.parameters.result import AbstractResult as AbstractResult
 from fitting.parameters.result import Origin as Origin
 from fitting.parameters.result import interval as interval

@@ -6,6 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from fitting.parameters.deviations import Deviation, absolute_sd
 from fitting.parameters.table import TABLE
 
 # ln k = Σ exponent ln quantity, for the fringe scale k = n s² / (R λ).
@@ -29,14 +30,6 @@ def check_quantity(name: str, value, kind: str = "") -> None:
     low, high = spec.bounds
     if value is not None and not low <= number(name, value) <= high:
         raise ValueError(f"{name} is {value}; allowed: {low:g} to {high:g}{spec.in_unit}")
-
-
-def check_deviation(name: str, sd, value) -> None:
-    """Raise ValueError for what is no standard deviation, or is one of a quantity that is not given."""
-    if sd is not None and number(f"{name}_sd", sd) < 0:
-        raise ValueError(f"{name}_sd is {sd}; allowed: zero or a positive number in SI units")
-    if sd and value is None:
-        raise ValueError(f"{name}_sd is given without {name}; give both, or neither")
 
 
 def checked_fixed(fixed) -> dict:
@@ -141,21 +134,20 @@ def lensless(plate: float, effective: float, reach: float) -> str:
 
 def checked_plate(radius, sd) -> tuple[float, float] | None:
     """Radius and standard deviation of a curved test plate. Raises ValueError for what cannot be one."""
-    check_deviation("plate_radius", sd, radius)
-    if radius is None:
-        return None
-    check_quantity("plate_radius", abs(number("plate_radius", radius)), "radius")
-    return float(radius), float(sd or 0.0)
+    if radius is not None:
+        check_quantity("plate_radius", abs(number("plate_radius", radius)), "radius")
+    absolute = absolute_sd("plate_radius", sd, radius)
+    return None if radius is None else (float(radius), absolute or 0.0)
 
 
-def quantities(given: dict[str, float | None], sd: dict[str, float | None], free: tuple[str, ...]) -> Quantities:
+def quantities(given: dict[str, float | None], sd: dict[str, Deviation | None], free: tuple[str, ...]) -> Quantities:
     """Sort what is given from what is to be measured.
 
     Raises ValueError for values that are not positive, and where nothing is left to measure.
     """
     for name, value in given.items():
         check_quantity(name, value)
-        check_deviation(name, sd[name], value)
+    absolute = {name: absolute_sd(name, sd[name], value) for name, value in given.items()}
     values = {name: float(value) for name, value in given.items() if value is not None and name not in free}
     missing = [name for name in EXPONENTS if name not in values]
     if not missing:
@@ -165,6 +157,6 @@ def quantities(given: dict[str, float | None], sd: dict[str, float | None], free
         )
     return Quantities(
         values,
-        {name: float(value) for name, value in sd.items() if value is not None and name in values},
+        {name: size for name, size in absolute.items() if size is not None and name in values},
         missing[0] if len(missing) == 1 else None,
     )

@@ -10,7 +10,7 @@ import numpy as np
 from fitting.estimate import FEW, Fitted, frame_on, moved_to, robust_fit, sharpened
 from fitting.finding import Rings, evidence_of, find_rings, follow, settled, view_of
 from fitting.model import GapModel, scene_start
-from fitting.parameters import Numbers, held_turns, one_blas_thread, says_its_origin
+from fitting.parameters import Numbers, Progress, held_turns, one_blas_thread, progress_of, says_its_origin
 from fitting.photo import Photograph, block_size, pixels_of, reduce
 from fitting.photograph.light import with_richer_light
 from fitting.photograph.result import FitResult
@@ -44,12 +44,12 @@ def fit(
     pixel_size: float | None = None,
     radius: float | None = None,
     gap_index: float | None = None,
-    wavelength_sd: float | None = None,
-    pixel_size_sd: float | None = None,
-    radius_sd: float | None = None,
-    gap_index_sd: float | None = None,
+    wavelength_sd: float | str | None = None,
+    pixel_size_sd: float | str | None = None,
+    radius_sd: float | str | None = None,
+    gap_index_sd: float | str | None = None,
     plate_radius: float | None = None,
-    plate_radius_sd: float | None = None,
+    plate_radius_sd: float | str | None = None,
     view: str | None = None,
     scene: Scene | None = None,
     free: str | tuple[str, ...] | None = None,
@@ -58,6 +58,7 @@ def fit(
     transfer: str | float | None = None,
     mask: str | Path | np.ndarray | None = None,
     parts: dict[str, bool] | None = None,
+    progress: Progress = None,
 ) -> FitResult:
     """The lens radius, or another one of radius, wavelength, pixel size and gap index, from an image of rings.
 
@@ -72,16 +73,18 @@ def fit(
       gap_index: of the gap's medium, 1 unless given; `free=("gap_index",)` measures it.
       plate_radius, plate_radius_sd: of a curved plate under the lens [m], positive where it bulges towards the lens;
         the rings then are those of 1/R + 1/plate_radius, and the radius is the lens's. For shallow faces.
-      wavelength_sd, pixel_size_sd, radius_sd, gap_index_sd: standard deviations of what is given; part of the budget.
+      wavelength_sd, pixel_size_sd, radius_sd, gap_index_sd: standard deviations of what is given, as numbers or as
+        percentages ("0.1%"); they enter the budget.
       view: "reflected" (where it is not given, with a warning) or "transmitted"; a scene has its own.
       fixed: values held, by name: "gap" [m], "centre_px" (x, y).
       start: values to start from instead of the search, by name: "radius" [m] or "fringe_scale_per_px2", "centre_px".
       transfer: "linear", "srgb" or an exponent; see `fitting.photo.read`. Without it the usual one is taken, and an
         exponent more where the fringes have a second harmonic.
       mask: True where pixels may be used, [rows, columns]; or an image file, where it is not black.
-      parts: "oblique view", "distortion", "fifth order" (of the distortion), "contact" or "film" (between the pressed
+      parts: "oblique_view", "distortion", "fifth_order" (of the distortion), "contact" or "film" (between the pressed
         faces), with True (there, whatever the image says) or False (not there); those not named are there where the
         image calls for them.
+      progress: True for a bar on the terminal, or a function of (steps done, their number).
 
     What the data cannot give comes back as a status and a message. Raises ValueError and FileNotFoundError for input
     that cannot be used.
@@ -91,15 +94,20 @@ def fit(
     try:
         task = task_of(arguments)
         # Reading has loaded SciPy, whose threads are to be limited too.
-        with x64(), one_blas_thread():
+        with x64(), one_blas_thread(), progress_of(progress, "fitting") as done:
+            done(1, 4)
             task, rings = find(task)
+            done(2, 4)
             choice = solve(task, rings)
+            done(3, 4)
             judge(choice.found, choice.photograph, rings, task.is_guided)
             if task.scene is not None:
                 choice = solve_bench(task.scene, task, choice)
             if choice.found.orders < FEW:
                 choice = with_richer_light(choice)
-            return report(task, choice, began)
+            result = report(task, choice, began)
+            done(4, 4)
+            return result
     except RefusedError as refusal:
         seconds = time.perf_counter() - began
         return FitResult("refused", refusal.reason, warnings=list(refusal.photograph.warnings), seconds=seconds)

@@ -13,9 +13,9 @@ from fitting.photograph.picture import Picture
 # What makes a row of the budget smaller that is no given quantity's.
 _ADVICE = {
     "noise": "more light, more frames, or a mask over what is not rings",
-    "oblique view": "look along the normal",
+    "oblique_view": "look along the normal",
     "distortion": "keep the rings in the middle of a longer focal length",
-    "fifth order": "keep the rings in the middle of a longer focal length",
+    "fifth_order": "keep the rings in the middle of a longer focal length",
     "distortion's law": "keep the rings in the middle of a longer focal length",
     "contact": "press less, or leave the rings next to the disc out by a mask",
     "sodium's two lines": "fewer rings, or a laser",

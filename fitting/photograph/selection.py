@@ -99,7 +99,7 @@ def adapt(
         evidence["distortion"] = (
             "dropped: so steep a sphere bends the view of the gap as much; a scene tells them apart"
         )
-        left = tuple(part for part in chosen.parts if part not in ("distortion", "fifth order"))
+        left = tuple(part for part in chosen.parts if part not in ("distortion", "fifth_order"))
         rivals.append(("view of a steep sphere", chosen))
         chosen = _settled(found, left, found.numbers, evidence)
     if chosen.parts and chosen.orders < _FEW_FOR_PARTS and judge.inflation > _STRUCTURED and found.converged:

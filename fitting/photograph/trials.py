@@ -29,7 +29,7 @@ from fitting.photo import Photograph, Reduced, pixels_of, reduce
 from fitting.photograph.phase_map import followed
 
 # Parts that bend the map from the image to the object.
-WARPS = ("oblique view", "distortion", "fifth order")
+WARPS = ("oblique_view", "distortion", "fifth_order")
 # Squared radii of contacts that a score test looks at, that trials start from, and the largest one that can be meant
 # [half diagonals squared].
 DISCS, _SQUARES, _WIDEST = (0.003, 0.01, 0.03, 0.08), tuple(0.002 * 1.7**k for k in range(8)), 0.3
@@ -186,4 +186,4 @@ def _is_beside(one: Trial, other: Trial) -> bool:
 
 
 def nested(parts) -> bool:
-    return "distortion" in parts or "fifth order" not in parts
+    return "distortion" in parts or "fifth_order" not in parts

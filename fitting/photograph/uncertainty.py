@@ -46,8 +46,8 @@ def image_rows(
         now = matrix.with_active(plain).deviation("curvature", variance)
         rows.append((part, float(np.sqrt(max(now**2 - before**2, 0.0)))))
         before = max(now, before)
-    if "distortion" in found.parts and "fifth order" not in found.parts:
-        (fifth,) = PARTS["fifth order"]
+    if "distortion" in found.parts and "fifth_order" not in found.parts:
+        (fifth,) = PARTS["fifth_order"]
         law = min(
             _FIFTH * float(Numbers(*found.numbers).distortion) ** 2, _APART * matrix.deviation_if_free(fifth, variance)
         )

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import fft, ndimage, optimize
 
-from fitting.parameters import check_deviation, number, says_its_origin
+from fitting.parameters import absolute_sd, number, says_its_origin
 from fitting.photo import Photograph, flatten, read
 from fitting.reticle.grid import Grid, Lines
 from fitting.reticle.result import Scale
@@ -33,7 +33,7 @@ def scale(
     image: str | Path | np.ndarray,
     *,
     division: float,
-    division_sd: float | None = None,
+    division_sd: float | str | None = None,
     transfer: str | float | None = None,
     mask: str | Path | np.ndarray | None = None,
 ) -> Scale:
@@ -45,7 +45,7 @@ def scale(
 
     Args:
       image: a file, or an array as in `fitting.fit`.
-      division, division_sd: distance of two lines, and its standard deviation [m].
+      division, division_sd: distance of two lines, and its standard deviation [m], or "0.1%".
       transfer, mask: as in `fitting.fit`.
 
     A photograph without a grid comes back refused. Raises ValueError and FileNotFoundError for input that is none.
@@ -53,9 +53,9 @@ def scale(
     """
     if not 1e-9 < number("division", division) < 1.0:
         raise ValueError(f"division is {division}; allowed: 1e-9 to 1 m")
-    check_deviation("division", division_sd, division)
+    sd = absolute_sd("division", division_sd, division) or 0.0
     photograph = read(image, transfer, mask)
-    return _measured(photograph, float(division), float(division_sd or 0.0))
+    return _measured(photograph, float(division), sd)
 
 
 def _measured(photograph: Photograph, division: float, division_sd: float) -> Scale:

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.stats import norm, qmc
 
-from fitting.parameters import Knob, Known, chosen, deviation, knobs, require_held
+from fitting.parameters import Deviations, Knob, check_not_free, chosen, knobs, relative_or_absolute_sd
 from fitting.studies import draws_file
 from fitting.studies.fisher import FREE, fine_nodes
 from fitting.studies.gauss_newton import problem, solve
@@ -90,7 +90,7 @@ class Spread:
 def spread(
     scene: Scene,
     camera: Camera,
-    known: Known,
+    known: Deviations,
     target: str = "radius",
     free: Sequence[str] = FREE,
     *,
@@ -158,14 +158,14 @@ def spread(
     )
 
 
-def errors(every_knob: dict[str, Knob], stated: Known, free: tuple[str, ...], draws: int) -> dict[str, float]:
+def errors(every_knob: dict[str, Knob], stated: Deviations, free: tuple[str, ...], draws: int) -> dict[str, float]:
     """Standard deviations by name [unit of the number]; refuses as `spread` does what it cannot study."""
     if not (isinstance(draws, int | np.integer) and draws >= _LEAST and draws & (draws - 1) == 0):
         raise ValueError(f"draws is {draws!r}; allowed: a power of two from {_LEAST} on, such as 128")
-    require_held(stated, free)
+    check_not_free(stated, free)
     sds = {}
     for name, knob in chosen(every_knob, tuple(stated)).items():
-        share, value = deviation(knob, stated[name])
+        share, value = relative_or_absolute_sd(knob, stated[name])
         sds[name] = value * abs(knob.value) if share else value
         if not sds[name] > 0:
             raise ValueError(f"known: {name} is {stated[name]!r}, which leaves nothing open; allowed: above zero")

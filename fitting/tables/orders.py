@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy import optimize, stats
 
-from fitting.parameters import check_deviation, check_quantity, number, says_its_origin
+from fitting.parameters import absolute_sd, check_quantity, number, says_its_origin
 from fitting.tables.line import Line, ring_line, straight_line
 from fitting.tables.result import Ring, RingsResult
 from fitting.tables.table import Readings, readings
@@ -23,15 +23,15 @@ def rings(
     table: str | Path | Mapping[str, Any],
     *,
     wavelength: float,
-    wavelength_sd: float | None = None,
+    wavelength_sd: float | str | None = None,
     pixel_size: float | None = None,
-    pixel_size_sd: float | None = None,
+    pixel_size_sd: float | str | None = None,
     view: str = "reflected",
     bright: bool = False,
     angle: float = 0.0,
-    angle_sd: float | None = None,
+    angle_sd: float | str | None = None,
     gap_index: float = 1.0,
-    gap_index_sd: float | None = None,
+    gap_index_sd: float | str | None = None,
     expected_radius: float | None = None,
     columns: Mapping[str, str] | None = None,
 ) -> RingsResult:
@@ -49,6 +49,7 @@ def rings(
       bright: the readings are of bright rings.
       angle: of view against the plate's normal, outside [rad].
       gap_index: of the gap's medium.
+      wavelength_sd, pixel_size_sd, angle_sd, gap_index_sd: standard deviations, in the same units or as "0.1%".
       expected_radius: rough [m]; a radius four times as large or as small is then warned of.
       columns: names of the table's own columns, as {"diameter_mm": "D"}.
 
@@ -57,7 +58,7 @@ def rings(
 
     """
     began = time.perf_counter()
-    _check(locals())
+    sds = _checked_sds(locals())
     read = readings(table, columns)
     scale = (pixel_size or 1.0) if read.unit == "px" else 1.0
     unit = "px" if read.unit == "px" and pixel_size is None else "m"
@@ -101,10 +102,10 @@ def rings(
         return answer("ok", radius=radius_m, **common)
     relative = {
         "reading": slope_sd / line.slope,
-        "pixel_size": 2 * (pixel_size_sd or 0.0) / scale if read.unit == "px" else 0.0,
-        "wavelength": (wavelength_sd or 0.0) / wavelength,
-        "angle": abs(np.sin(angle) * np.cos(angle)) / path**2 * (angle_sd or 0.0),
-        "gap_index": gap_index / path**2 * (gap_index_sd or 0.0),
+        "pixel_size": 2 * sds["pixel_size"] / scale if read.unit == "px" else 0.0,
+        "wavelength": sds["wavelength"] / wavelength,
+        "angle": abs(np.sin(angle) * np.cos(angle)) / path**2 * sds["angle"],
+        "gap_index": gap_index / path**2 * sds["gap_index"],
     }
     budget = [(name, radius_m * float(sd)) for name, sd in relative.items() if sd or name == "reading"]
     noise, total = budget[0][1], float(np.sqrt(sum(sd**2 for _, sd in budget)))
@@ -119,18 +120,19 @@ def rings(
     )
 
 
-def _check(arguments: dict) -> None:
+def _checked_sds(arguments: dict) -> dict[str, float]:
+    """Standard deviations by name, 0 for those not given. Raises ValueError for arguments that cannot be used."""
     if arguments["view"] not in ("reflected", "transmitted"):
         raise ValueError(f"view is {arguments['view']!r}; allowed: 'reflected' or 'transmitted'")
     for name in ("wavelength", "pixel_size", "gap_index"):
         check_quantity(name, arguments[name])
     check_quantity("expected_radius", arguments["expected_radius"], "radius")
-    for name in ("wavelength", "pixel_size", "angle", "gap_index"):
-        check_deviation(name, arguments[f"{name}_sd"], arguments[name])
     if not abs(number("angle", arguments["angle"])) < np.pi / 2:
         raise ValueError(f"angle is {arguments['angle']}; allowed: less than a right angle, in radians")
     if np.sin(arguments["angle"]) ** 2 >= arguments["gap_index"] ** 2:
         raise ValueError(f"gap_index is {arguments['gap_index']}: light at this angle does not enter the gap")
+    names = ("wavelength", "pixel_size", "angle", "gap_index")
+    return {name: absolute_sd(name, arguments[f"{name}_sd"], arguments[name]) or 0.0 for name in names}
 
 
 def _line(order, radius, sd, contact: float, turns: float | None) -> tuple[Line | None, np.ndarray]:

@@ -274,3 +274,14 @@ def test_rings_behind_shield_and_collecting_lens_give_the_radius_of_the_bench():
     # The plane that the lens shows moves with the radius, of which the start is 10 % off: 3 (r/R)^2 of that.
     assert result.radius == pytest.approx(0.3, rel=1e-5)
     assert result.gap == pytest.approx(0.1e-6, abs=1e-9)
+
+
+def test_a_standard_deviation_may_be_a_percentage_and_progress_is_told():
+    steps = []
+    image = rings(noise=0.02)
+    percent = fitting.fit(
+        image, **GIVEN, pixel_size_sd="0.1%", progress=lambda done, total: steps.append((done, total))
+    )
+    number = fitting.fit(image, **GIVEN, pixel_size_sd=1e-3 * GIVEN["pixel_size"])
+    assert dict(percent.budget)["pixel_size"] == pytest.approx(dict(number.budget)["pixel_size"], rel=1e-12)
+    assert steps == [(k, 4) for k in (1, 2, 3, 4)]

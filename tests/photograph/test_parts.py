@@ -15,7 +15,7 @@ from fitting.parameters import Numbers
 CASE = Case("none", 1.0, 10e-6, 384, (200.0, 180.0), 0.0, 0.05, 3, 12.0)
 PARTS = {
     "distortion 2 %": "distortion",
-    "tilt 8 deg": "oblique view",
+    "tilt 8 deg": "oblique_view",
     "contact 0.3 mm": "contact",
 }
 
@@ -61,7 +61,7 @@ def test_contact_radius_comes_out_with_its_deviation():
 
 def test_wishes_are_kept():
     case = replace(CASE, defect="distortion 2 %")
-    without = fit(case, parts={"distortion": False, "fifth order": False})
+    without = fit(case, parts={"distortion": False, "fifth_order": False})
     assert "distortion" not in without.evidence.found.parts
     assert abs(without.radius - 1) > 0.01
     asked = fit(CASE, parts={"distortion": True})
@@ -75,7 +75,7 @@ def test_a_model_that_lacks_a_part_says_so_in_a_row_of_its_budget():
 
 
 def test_parts_that_are_none_are_refused():
-    with pytest.raises(ValueError, match="oblique view, distortion"):
+    with pytest.raises(ValueError, match="oblique_view, distortion"):
         fit(CASE, parts={"tilt": True})
 
 

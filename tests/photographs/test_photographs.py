@@ -68,7 +68,7 @@ def test_a_blurred_photograph_keeps_the_warps_that_its_curve_was_fitted_with(sha
     """Without them the plain rings of the straightened curve explain 0.72, and are taken with twice the deviation."""
     result = fitting.fit(shared / "photos" / "phone_blurred_cropped.jpg", wavelength=SODIUM)
     assert "exponent" in result.model["channel"]
-    assert {"oblique view", "distortion"} <= set(result.evidence.found.parts)
+    assert {"oblique_view", "distortion"} <= set(result.evidence.found.parts)
     assert result.explained_variance > 0.9
 
 

@@ -26,7 +26,7 @@ def test_the_page_holds_the_answer_its_budget_and_its_history(tmp_path, capsys):
     for words in (
         "Budget of radius",
         "pixel_size",
-        "oblique view",
+        "oblique_view",
         "largest: pixel_size",
         "newtonjax",
         "data:image/png",

@@ -315,3 +315,13 @@ def test_standard_deviations_in_another_unit_count(tmp_path):
 def test_a_table_that_misleads_is_refused(tmp_path, text, columns, message):
     with pytest.raises(ValueError, match=message):
         fitting.rings(written(tmp_path, text), wavelength=589.3e-9, columns=columns)
+
+
+@pytest.mark.parametrize(("name", "value"), [("wavelength", WAVELENGTH), ("pixel_size", 1e-5), ("angle", 0.4)])
+def test_a_standard_deviation_may_be_a_percentage(name, value):
+    rows = {"order": [1, 2, 3, 4], "radius_px": [77.0, 108.5, 132.9, 153.6], "sd_px": [0.1] * 4}
+    given = {"wavelength": WAVELENGTH, "pixel_size": 1e-5, "angle": 0.4}
+    percent, number = (fitting.rings(rows, **given, **{f"{name}_sd": sd}) for sd in ("2%", 0.02 * value))
+    assert dict(percent.budget)[name] == pytest.approx(dict(number.budget)[name], rel=1e-12)
+    with pytest.raises(ValueError, match="angle, which is 0"):
+        fitting.rings(rows, **{**given, "angle": 0.0}, angle_sd="2%")
