@@ -9,7 +9,6 @@ from fitting.parameters.bench import quantities_of as quantities_of
 from fitting.parameters.bench import raise_lens as raise_lens
 from fitting.parameters.bench import still as still
 from fitting.parameters.blas import one_blas_thread as one_blas_thread
-from fitting.parameters.deviations import Deviation as Deviation
 from fitting.parameters.deviations import Deviations as Deviations
 from fitting.parameters.deviations import absolute_sd as absolute_sd
 from fitting.parameters.deviations import check_not_free as check_not_free

@@ -11,7 +11,7 @@ Progress = bool | Callable[[int, int], None] | None
 
 @contextmanager
 def progress_of(progress: Progress, task: str) -> Iterator[Callable[[int, int], None]]:
-    """What a verb calls with the steps done and their number: a bar on a terminal, the caller's function, or nothing."""
+    """What a verb calls with the steps done and their number: a bar on a terminal, a function, or nothing."""
     if callable(progress):
         yield progress
     elif not (progress and on_a_terminal()):
