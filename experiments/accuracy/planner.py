@@ -17,6 +17,7 @@ import newtonjax as nj
 from experiments import records
 from experiments.accuracy import accuracy
 from newtonjax.fields import closed_fields, intensity
+from newtonjax.scene import Surface
 
 TOLERANCE = 1e-3
 PIXELS, FAST, LADDER, TURNS = 96, 512, (3, 4, 5, 7, 9, 13, 17, 25), 7
@@ -54,7 +55,7 @@ def with_and_without(scene, camera) -> dict[str, float]:
         x, y = (jnp.asarray(axis) for axis in np.meshgrid(*(np.asarray(a) for a in camera.axes())))
         formula = intensity(closed_fields(scene, x, y))
         found["rays"] = worst(image, formula)
-        parabola = intensity(closed_fields(scene, x, y, lambda curvature, r2: curvature * r2 / 2))
+        parabola = intensity(closed_fields(scene, x, y, Surface.parabola))
         found["exact sphere"] = worst(formula, parabola)
     return found
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar, cast
 
 import msgspec
+import numpy as np
 import tomli_w
 
 from newtonjax.benches import lens_on_plate
@@ -173,7 +174,7 @@ def _scene(table: SceneFields) -> Scene:
             f"{', '.join(set(_BY_HAND) - set(by_hand))} missing; a scene by hand takes {', '.join(_BY_HAND)}"
         )
     return Scene(
-        surfaces=tuple(Surface(s.curvature, s.vertex, s.tilt) for s in surfaces),
+        surfaces=tuple(Surface(**msgspec.structs.asdict(surface)) for surface in surfaces),
         media=media,
         light=Light(**msgspec.structs.asdict(light)),
         screen=Surface(**msgspec.structs.asdict(screen)),
@@ -198,45 +199,34 @@ def save_scene(path: str | Path, scene: Scene, camera: Camera | None = None) -> 
 
 def scene_text(scene: Scene, camera: Camera | None = None) -> str:
     """What `save_scene` writes."""
-
-    def surface(s: Surface) -> SurfaceTable:
-        return SurfaceTable(float(s.curvature), _three(s.vertex), _two(s.tilt))
-
-    light, shield, lens = scene.light, scene.shield, scene.collecting_lens
-    state = [None if angle is None else float(angle) for angle in (light.polarization, light.ellipticity, light.degree)]
     table = _File(
-        surfaces=tuple(map(surface, scene.surfaces)),
-        media=tuple(map(float, scene.media)),
+        surfaces=tuple(_table(SurfaceTable, surface) for surface in scene.surfaces),
+        media=_plain(scene.media),
         beams=scene.beams,
-        light=LightTable(float(light.wavelength), _two(light.tilt), *state),
-        screen=surface(scene.screen),
-        shield=None if shield is None else ShieldTable(float(shield.radius), _three(shield.vertex), _two(shield.tilt)),
-        collecting_lens=None if lens is None else CollectingLensTable(float(lens.focal_length), _three(lens.vertex)),
-        camera=None if camera is None else _camera_table(camera),
+        light=_table(LightTable, scene.light),
+        screen=_table(SurfaceTable, scene.screen),
+        shield=_table(ShieldTable, scene.shield),
+        collecting_lens=_table(CollectingLensTable, scene.collecting_lens),
+        camera=_table(CameraTable, camera),
     )
     return tomli_w.dumps(_without_none(msgspec.to_builtins(table)))
 
 
-def _camera_table(camera: Camera) -> CameraTable:
-    return CameraTable(
-        camera.shape,
-        float(camera.pixel_size),
-        None if camera.centre_px is None else _two(camera.centre_px),
-        float(camera.exposure),
-        float(camera.full_well),
-        float(camera.read_noise),
-        camera.bits,
+def _table(kind: type[Made], part: Any) -> Made | None:
+    """A part of a bench, or the camera, as a table of the file; `_made` is the way back."""
+    return (
+        None
+        if part is None
+        else kind(**{name: _plain(getattr(part, name)) for name in cast("Any", kind).__struct_fields__})
     )
 
 
-def _two(values) -> Two:
-    x, y = values
-    return float(x), float(y)
-
-
-def _three(values) -> Three:
-    x, y, z = values
-    return float(x), float(y), float(z)
+def _plain(value: Any) -> Any:
+    """A number or a vector as Python's own."""
+    if value is None or isinstance(value, int | tuple):
+        return value
+    numbers = np.asarray(value, dtype=float).tolist()
+    return tuple(numbers) if isinstance(numbers, list) else numbers
 
 
 def _without_none(tree):

@@ -7,7 +7,7 @@ from jaxtyping import Float
 from newtonjax.fields.at_points import Fields
 from newtonjax.numerics import as_complex, module_of, namespace
 from newtonjax.rays import amplitudes
-from newtonjax.scene import Scene, gap_opd, itinerary, sag
+from newtonjax.scene import Profile, Scene, Surface, gap_opd, itinerary
 
 
 def axis_amplitude(scene: Scene, word: str) -> Float[Any, ""]:
@@ -25,7 +25,7 @@ def axis_amplitude(scene: Scene, word: str) -> Float[Any, ""]:
     return total
 
 
-def closed_fields(scene: Scene, x: Float[Any, "..."], y: Float[Any, "..."], profile=sag) -> Fields:
+def closed_fields(scene: Scene, x: Float[Any, "..."], y: Float[Any, "..."], profile: Profile = Surface.sag) -> Fields:
     """The fields of equal-thickness fringes at points (x, y) of the gap [m]; constant amplitudes."""
     short, long = (axis_amplitude(scene, word) for word in sorted(scene.beams, key=len))
     phase = gap_opd(scene, x, y, profile) * (1 / scene.wavelength)  # one division, not one per pixel

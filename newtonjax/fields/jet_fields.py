@@ -83,19 +83,16 @@ def courses(scenes: Sequence[Scene]) -> Courses:
         number = jets.stack(numbers, axis=-1)
         return number.reshape(*number.shape, 1)
 
-    def stops(beam: int) -> list[Route]:
+    def stop(beam: int, k: int) -> Route:
         routes = [routes for routes, _ in gathered]
-        return [
-            routes[0]._replace(
-                action=routes[0].action[beam, k],
-                down=routes[0].down[beam, k],
-                **{
-                    name: beside(*(getattr(route, name)[beam, k] for route in routes))
-                    for name in ("curvature", "vertex", "axis", "before", "beyond")
-                },
-            )
-            for k in range(len(itinerary(scene.beams[beam], len(scene.surfaces)).surface))
-        ]
+        face, before, beyond = jax.tree.map(
+            lambda *numbers: beside(*(number[beam, k] for number in numbers)),
+            *((route.face, route.before, route.beyond) for route in routes),
+        )
+        return Route(face, before, beyond, routes[0].action[beam, k], routes[0].down[beam, k])
+
+    def stops(beam: int) -> list[Route]:
+        return [stop(beam, k) for k in range(len(itinerary(scene.beams[beam], len(scene.surfaces)).surface))]
 
     setting = jax.tree.map(beside, *(setting for _, setting in gathered))
     wavelength = beside(*(jets.asarray(scene.wavelength) for scene in scenes))

@@ -16,14 +16,13 @@ from newtonjax.scene import (
     Camera,
     Gap,
     Scene,
+    Surface,
     focus_height,
     gap_between,
     gap_of,
     gap_opd,
     is_known_nonzero,
     node_points,
-    sag,
-    shallow_sag,
 )
 
 # Passes of a cosine that a pixel costs.
@@ -105,7 +104,7 @@ def _equal_thickness(gap: Gap, wavelength, background, envelope, x, y) -> Float[
         # One division, not one per pixel. The envelope is real: no sine, which would cost as much as the cosine.
         return background + envelope * cos_turns(gap.opd(x, y, profile) * (1 / wavelength))
 
-    return jax.lax.cond(gap.is_shallow(x, y), lambda: image(shallow_sag), lambda: image(sag))
+    return jax.lax.cond(gap.is_shallow(x, y), lambda: image(Surface.shallow_sag), lambda: image(Surface.sag))
 
 
 def _refused(scene: Scene) -> tuple[str, str] | None:
@@ -120,8 +119,7 @@ def _refused(scene: Scene) -> tuple[str, str] | None:
     if is_known_nonzero(scene.light.tilt):
         return "light.tilt", "it takes light along -z"
     for k, surface in enumerate(scene.surfaces):
-        curved = not is_concrete(surface.curvature) or is_known_nonzero(surface.curvature)
-        if curved and is_known_nonzero(surface.tilt):
+        if not surface.is_plane() and is_known_nonzero(surface.tilt):
             return f"surfaces[{k}].tilt", "it takes upright spheres"
     if is_known_nonzero(scene.screen.tilt):
         return "screen.tilt", "it takes an upright screen"

@@ -13,13 +13,13 @@ from newtonjax.scene import (
     REFLECT,
     REST,
     Direction,
+    Face,
     Scene,
     dot,
     exit_medium,
     field_at_launch,
     frame,
     imaged_plane,
-    intersect,
     itinerary,
     launch_frame,
     tables,
@@ -35,9 +35,7 @@ class Route(NamedTuple):
     `beyond` is the index on the far side, also of a reflecting face; `down`: whether that side lies below it.
     """
 
-    curvature: Float[Array, " interactions"]
-    vertex: Float[Array, "interactions 3"]
-    axis: Float[Array, "interactions 3"]
+    face: Face
     before: Float[Array, " interactions"]
     beyond: Float[Array, " interactions"]
     action: Int[Array, " interactions"]
@@ -105,14 +103,10 @@ def gather(scene: Scene, interactions: int | None = None) -> tuple[Route, Settin
     """
     xp, count = namespace(scene), len(scene.surfaces)
     table = tables(scene.beams, count, interactions)
-    curvature = xp.stack([xp.asarray(s.curvature, dtype=float) for s in scene.surfaces])
-    vertex = xp.stack([xp.asarray(s.vertex) for s in scene.surfaces])
-    axis = xp.stack([frame(s.tilt)[2] for s in scene.surfaces])
+    faces = jax.tree.map(lambda *numbers: xp.stack(numbers), *(surface.face() for surface in scene.surfaces))
     media = xp.asarray(scene.media)
     routes = Route(
-        curvature[table["surface"]],
-        vertex[table["surface"]],
-        axis[table["surface"]],
+        jax.tree.map(lambda numbers: numbers[table["surface"]], faces),
         media[table["before"]],
         media[table["beyond"]],
         xp.asarray(table["action"], dtype=np.int32),
@@ -121,7 +115,7 @@ def gather(scene: Scene, interactions: int | None = None) -> tuple[Route, Settin
     origin, magnification = imaged_plane(scene)
     screen = _frame_at(xp, origin, frame(scene.screen.tilt))
     setting = Setting(
-        _frame_at(xp, vertex[0], launch_frame(scene.light)),
+        _frame_at(xp, faces.vertex[0], launch_frame(scene.light)),
         screen,
         xp.asarray(magnification, dtype=float),
         xp.asarray(field_at_launch(scene.light)),
@@ -154,7 +148,7 @@ def _frame_at(xp, origin, directions: tuple[Direction, Direction, Direction]):
 
 def interact(ray: Ray, stop: Route) -> tuple[Ray, Leg]:
     """A ray to and through one interaction."""
-    distance, normal, meets = intersect(stop.curvature, stop.axis, ray.position - stop.vertex, ray.direction)
+    distance, normal, meets = stop.face.intersect(ray.position, ray.direction)
     # A ray that has turned round would meet the face from its other side, and run backwards.
     faces = (dot(normal, ray.direction) < 0) == stop.down
     xp = functions(normal, ray.position)

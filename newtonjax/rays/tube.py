@@ -72,9 +72,7 @@ def _behind(tube: Tube, stop: Route, leg: Leg) -> Tube:
     """The tube behind an interaction."""
     direction, normal = leg.direction[:, None], leg.normal[:, None]
     position = _moved(tube, leg.length, direction, normal)
-    # A sphere's normal changes with the place on it, by its curvature; that of the leg points against the light.
-    up = dot(leg.normal, stop.axis) > 0
-    turn = jnp.where(up, -stop.curvature, stop.curvature) * position
+    turn = stop.face.change_of_normal(leg.normal, position)
     _, cos_i, cos_t, _ = refract(stop.before, stop.beyond, leg.direction, leg.normal)
     eta, reflects = stop.before / stop.beyond, stop.action == REFLECT
     change = -dot(normal, tube.direction) - dot(direction, turn)  # of the cosine of incidence

@@ -20,6 +20,7 @@ from newtonjax.scene.elements import Shield as Shield
 from newtonjax.scene.elements import imaged_plane as imaged_plane
 from newtonjax.scene.elements import lens_to_image as lens_to_image
 from newtonjax.scene.gap import Gap as Gap
+from newtonjax.scene.gap import Profile as Profile
 from newtonjax.scene.gap import focus_height as focus_height
 from newtonjax.scene.gap import gap_between as gap_between
 from newtonjax.scene.gap import gap_height as gap_height
@@ -37,10 +38,8 @@ from newtonjax.scene.light import shares as shares
 from newtonjax.scene.scene import Scene as Scene
 from newtonjax.scene.scene import choose_beams as choose_beams
 from newtonjax.scene.surfaces import Direction as Direction
+from newtonjax.scene.surfaces import Face as Face
 from newtonjax.scene.surfaces import Surface as Surface
 from newtonjax.scene.surfaces import Vectors as Vectors
 from newtonjax.scene.surfaces import dot as dot
 from newtonjax.scene.surfaces import frame as frame
-from newtonjax.scene.surfaces import intersect as intersect
-from newtonjax.scene.surfaces import sag as sag
-from newtonjax.scene.surfaces import shallow_sag as shallow_sag

@@ -1,14 +1,14 @@
 """The gap between two facing surfaces: thickness, and the fringes of equal thickness that it makes."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from newtonjax.numerics import Scalar, is_concrete, namespace
 from newtonjax.scene.scene import Scene
-from newtonjax.scene.surfaces import SHALLOW, Surface, frame, sag
+from newtonjax.scene.surfaces import Surface, frame
 
 
 def gap_of(scene: Scene) -> int | None:
@@ -44,18 +44,21 @@ def required_gap(scene: Scene) -> int:
     return upper
 
 
-def height(surface: Surface, x: Float[Any, "..."], y: Float[Any, "..."], profile=sag) -> Float[Any, "..."]:
-    """Z of a surface over the point (x, y) [m]: an upright sphere, or a plane of any tilt.
+# Height over the vertex plane of a surface at squared radii: one of the methods of `Surface` that give it.
+Profile = Callable[[Surface, Float[Any, "..."]], Float[Any, "..."]]
 
-    The exact sphere where it has a curvature that is traced or not 0; a plane costs no square root.
-    """
+
+def height(
+    surface: Surface, x: Float[Any, "..."], y: Float[Any, "..."], profile: Profile = Surface.sag
+) -> Float[Any, "..."]:
+    """Z of a surface over the point (x, y) [m]: an upright one, or a plane of any tilt, which costs no square root."""
     vertex = surface.vertex
     dx, dy = x - vertex[0], y - vertex[1]
     axis = frame(surface.tilt)[2]
     plane = vertex[2] - (axis[0] / axis[2] * dx + axis[1] / axis[2] * dy)
-    if is_concrete(surface.curvature) and np.all(np.asarray(surface.curvature) == 0):
+    if surface.is_plane():
         return namespace(plane).asarray(plane)
-    return plane + profile(surface.curvature, dx * dx + dy * dy)
+    return plane + profile(surface, dx * dx + dy * dy)
 
 
 class Gap(NamedTuple):
@@ -66,14 +69,15 @@ class Gap(NamedTuple):
     refractive_index: Scalar
 
     def is_shallow(self, x: Float[Any, "..."], y: Float[Any, "..."]) -> Bool[Array, ""]:
-        """Whether `shallow_sag` holds for both faces at all points."""
-        steepest = jnp.zeros(())
-        for surface in (self.above, self.below):
-            dx, dy = x - surface.vertex[0], y - surface.vertex[1]
-            steepest = jnp.maximum(steepest, surface.curvature**2 * ((dx * dx).max() + (dy * dy).max()))
-        return steepest <= SHALLOW
+        """Whether `Surface.shallow_sag` holds for both faces at all points of a grid."""
 
-    def opd(self, x: Float[Any, "..."], y: Float[Any, "..."], profile=sag) -> Float[Any, "..."]:
+        def of(surface: Surface):
+            dx, dy = x - surface.vertex[0], y - surface.vertex[1]
+            return surface.is_shallow((dx * dx).max() + (dy * dy).max())
+
+        return of(self.above) & of(self.below)
+
+    def opd(self, x: Float[Any, "..."], y: Float[Any, "..."], profile: Profile = Surface.sag) -> Float[Any, "..."]:
         """2 n t(x, y): the round trip through the gap along z [m]."""
         return 2 * self.refractive_index * (height(self.above, x, y, profile) - height(self.below, x, y, profile))
 
@@ -84,7 +88,9 @@ def gap_between(scene: Scene) -> Gap:
     return Gap(scene.surfaces[upper], scene.surfaces[upper + 1], scene.media[upper + 1])
 
 
-def gap_opd(scene: Scene, x: Float[Any, "..."], y: Float[Any, "..."], profile=sag) -> Float[Any, "..."]:
+def gap_opd(
+    scene: Scene, x: Float[Any, "..."], y: Float[Any, "..."], profile: Profile = Surface.sag
+) -> Float[Any, "..."]:
     """`Gap.opd` of a scene's gap [m]."""
     return gap_between(scene).opd(x, y, profile)
 

@@ -1,8 +1,12 @@
-"""Spherical and plane surfaces: one type, curvature 0 is the plane."""
+"""Surfaces: their height, and where rays meet them. Spheres and planes are one type, curvature 0 is the plane.
 
-from typing import Any, no_type_check
+Here is all that the kind of a surface decides: another kind changes this file only.
+"""
+
+from typing import Any, NamedTuple, no_type_check
 
 import equinox as eqx
+import numpy as np
 from jaxtyping import Bool, Float, Num
 
 from newtonjax.numerics import (
@@ -14,6 +18,7 @@ from newtonjax.numerics import (
     as_vector,
     finite,
     functions,
+    is_concrete,
     namespace,
     require,
 )
@@ -45,6 +50,38 @@ class Surface(eqx.Module):
         require("vertex", self.vertex, "finite lengths in metres", finite)
         require("tilt", self.tilt, "finite angles in radians", finite)
 
+    def face(self) -> "Face":
+        """What rays need of it. NumPy for known numbers."""
+        xp = namespace(self.curvature, self.vertex, self.tilt)
+        return Face(xp.asarray(self.curvature, dtype=float), xp.asarray(self.vertex), frame(self.tilt)[2])
+
+    def is_plane(self) -> bool:
+        """Whether it is known to be a plane; of a batch, all of it."""
+        return is_concrete(self.curvature) and bool(np.all(np.asarray(self.curvature) == 0))
+
+    def sag(self, r2: Float[Any, "..."]) -> Float[Any, "..."]:
+        """Height over the vertex plane [m] at squared radius r2 [m²]: c r² / (1 + sqrt(1 - c² r²)).
+
+        Beyond the sphere's equator (c² r² > 1) there is no height; the equator's is returned.
+        """
+        xp = namespace(self.curvature, r2)
+        inside = 1 - self.curvature * self.curvature * r2
+        root = xp.sqrt(xp.where(inside > 0, inside, 1.0))
+        return self.curvature * r2 / (1 + xp.where(inside > 0, root, 0.0))
+
+    def shallow_sag(self, r2: Float[Any, "..."]) -> Float[Any, "..."]:
+        """`sag` where `is_shallow`: its series, equal to rounding, without a square root and a division."""
+        u = self.curvature * self.curvature * r2
+        return self.curvature * r2 * (1 / 2 + u * (1 / 8 + u * (1 / 16 + u * (5 / 128 + u * (7 / 256)))))
+
+    def is_shallow(self, r2: Float[Any, "..."]) -> Bool[Any, "..."]:
+        """Whether `shallow_sag` holds at squared radius r2 [m²]: c² r² is at most 1e-3."""
+        return self.curvature * self.curvature * r2 <= SHALLOW
+
+    def parabola(self, r2: Float[Any, "..."]) -> Float[Any, "..."]:
+        """The first term of `sag`, c r² / 2 [m]."""
+        return self.curvature * r2 / 2
+
 
 def frame(tilt) -> tuple[Direction, Direction, Direction]:
     """The turned x, y and z directions: R_y(tilt[1]) R_x(tilt[0]) applied to the unit vectors."""
@@ -65,41 +102,40 @@ def dot(a: Num[Any, "3 ..."], b: Num[Any, "3 ..."]) -> Num[Any, "..."]:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-def intersect(
-    curvature, axis: Vectors, origin: Vectors, direction: Vectors
-) -> tuple[Float[Any, "..."], Vectors, Bool[Any, "..."]]:
-    """Signed distance to the surface, its unit normal there, and whether the ray meets it at all.
+class Face(NamedTuple):
+    """The numbers of a surface that rays meet, or of many along leading axes.
 
-    `origin` is relative to the vertex. The ray first slides to the vertex plane (point o, a·o = 0); from there,
-    with B = c o·d - a·d, the distance is c o·o / (-B ± sqrt(B² - c² o·o)) with the sign of a·d: the crossing on the
-    vertex's side of the sphere, without cancellation, and 0 for the plane. It is negative behind the origin.
+    - `curvature`: at the vertex [1/m].
+    - `vertex`: [m].
+    - `axis`: unit vector along which the sag rises.
     """
-    along = dot(axis, direction)
-    slide = -dot(axis, origin) / along
-    point = origin + slide * direction
-    b = curvature * dot(point, direction) - along
-    rho2 = dot(point, point)
-    discriminant = b * b - curvature * curvature * rho2
-    meets = discriminant > 0
-    xp = functions(discriminant)
-    root = xp.sqrt(xp.where(meets, discriminant, 1.0))
-    beyond = curvature * rho2 / (xp.where(along > 0, root, -root) - b)
-    normal = axis - curvature * (point + beyond * direction)
-    return slide + beyond, normal, meets
 
+    curvature: Float[Any, "..."]
+    vertex: Float[Any, "... 3"]
+    axis: Float[Any, "... 3"]
 
-def sag(curvature, r2: Float[Any, "..."]) -> Float[Any, "..."]:
-    """Height of the sphere over its vertex plane [m] at squared radius r2 [m²]: c r² / (1 + sqrt(1 - c² r²)).
+    def intersect(self, position: Vectors, direction: Vectors) -> tuple[Float[Any, "..."], Vectors, Bool[Any, "..."]]:
+        """Signed distance to the surface, its unit normal there, and whether the ray meets it at all.
 
-    Beyond the sphere's equator (c² r² > 1) there is no height; the equator's is returned.
-    """
-    xp = namespace(curvature, r2)
-    inside = 1 - curvature * curvature * r2
-    root = xp.sqrt(xp.where(inside > 0, inside, 1.0))
-    return curvature * r2 / (1 + xp.where(inside > 0, root, 0.0))
+        The ray first slides to the vertex plane (point o from the vertex, a·o = 0); from there, with B = c o·d - a·d,
+        the distance is c o·o / (-B ± sqrt(B² - c² o·o)) with the sign of a·d: the crossing on the vertex's side of the
+        sphere, without cancellation, and 0 for the plane. It is negative behind the origin.
+        """
+        curvature, origin = self.curvature, position - self.vertex
+        along = dot(self.axis, direction)
+        slide = -dot(self.axis, origin) / along
+        point = origin + slide * direction
+        b = curvature * dot(point, direction) - along
+        rho2 = dot(point, point)
+        discriminant = b * b - curvature * curvature * rho2
+        meets = discriminant > 0
+        xp = functions(discriminant)
+        root = xp.sqrt(xp.where(meets, discriminant, 1.0))
+        beyond = curvature * rho2 / (xp.where(along > 0, root, -root) - b)
+        normal = self.axis - curvature * (point + beyond * direction)
+        return slide + beyond, normal, meets
 
-
-def shallow_sag(curvature, r2: Float[Any, "..."]) -> Float[Any, "..."]:
-    """`sag` where c² r² is at most `SHALLOW`: its series, equal to rounding, without a square root and a division."""
-    u = curvature * curvature * r2
-    return curvature * r2 * (1 / 2 + u * (1 / 8 + u * (1 / 16 + u * (5 / 128 + u * (7 / 256)))))
+    def change_of_normal(self, normal: Vectors, change: Vectors) -> Vectors:
+        """By how much a unit normal changes with its place on the surface; it may point to either side."""
+        up = dot(normal, self.axis) > 0
+        return functions(self.curvature).where(up, -self.curvature, self.curvature) * change

@@ -14,6 +14,7 @@ from newtonjax.planning import Plan, beam_amplitudes, plan, predicted_seconds
 from newtonjax.scene import (
     Camera,
     Scene,
+    Surface,
     enumerate_beams,
     gap_of,
     has_tilted_sphere,
@@ -212,8 +213,8 @@ def _inside(scene: Scene, chosen: Plan, points: Float[np.ndarray, "n 2"], fields
     formula = closed_fields(scene, x, y)
     note = f"against 2 n t at normal incidence{_why(scene)}"
     omissions.append(Omission("rays", _difference(formula, fields), chosen.method.traces_rays, note))
-    if any(float(face.curvature) != 0 for face in scene.surfaces[upper : upper + 2]):
-        parabola = closed_fields(scene, x, y, lambda curvature, r2: curvature * r2 / 2)
+    if not all(face.is_plane() for face in scene.surfaces[upper : upper + 2]):
+        parabola = closed_fields(scene, x, y, Surface.parabola)
         omissions.append(Omission("exact sphere", _difference(parabola, formula), True, "against the parabola r²/2R"))
     return omissions
 

@@ -6,9 +6,13 @@ import mpmath
 import numpy as np
 import pytest
 
-from newtonjax.scene import frame, intersect, sag
+from newtonjax.scene import Face, Surface, frame
 
 UP = jnp.array([0.0, 0.0, 1.0])
+
+
+def face(curvature, axis=UP):
+    return Face(curvature, jnp.zeros(3), axis)
 
 
 def rays(count=50, seed=3):
@@ -24,7 +28,7 @@ def rays(count=50, seed=3):
 def test_intersection_lies_on_the_sphere_that_mpmath_draws(radius, tilt):
     origin, direction = rays()
     axis = jnp.asarray(frame(tilt)[2])
-    distance, normal, meets = jax.vmap(intersect, (None, None, 0, 0))(1 / radius, axis, origin, direction)
+    distance, normal, meets = jax.vmap(face(1 / radius, axis).intersect)(origin, direction)
     assert meets.all()
     with mpmath.workdps(50):
         a, b = map(mpmath.mpf, tilt)
@@ -47,12 +51,12 @@ def test_sag_matches_the_exact_sphere_to_the_last_digits(radius):
         big = mpmath.mpf(1) / mpmath.mpf(1 / radius)
         exact = [float(big - mpmath.sign(big) * mpmath.sqrt(big**2 - mpmath.mpf(float(x * x)))) for x in r]
     # Near the equator the root amplifies the rounding of its argument by 1 / (1 - c² r²) = 100.
-    np.testing.assert_allclose(sag(1 / radius, jnp.asarray(r * r)), exact, rtol=1e-14, atol=0)
+    np.testing.assert_allclose(Surface(1 / radius).sag(jnp.asarray(r * r)), exact, rtol=1e-14, atol=0)
 
 
 def test_sag_in_float32_keeps_seven_digits():
     r2 = jnp.asarray([1e-6, 4e-6, 25e-6], dtype=jnp.float32)
-    value = sag(jnp.float32(0.5), r2)
+    value = Surface(0.5).sag(r2)
     exact = 2 - np.sqrt(4 - np.asarray(r2, dtype=np.longdouble))
     assert value.dtype == jnp.float32
     np.testing.assert_allclose(np.asarray(value, dtype=float), exact.astype(float), rtol=5e-7)
@@ -62,7 +66,7 @@ def test_curvature_zero_is_the_limit_of_large_spheres_in_value_and_slope():
     origin, direction = rays(5)
 
     def distance(curvature, o, d):
-        return intersect(curvature, UP, o, d)[0]
+        return face(curvature).intersect(o, d)[0]
 
     for o, d in zip(origin, direction, strict=True):
         plane, slope = jax.value_and_grad(distance)(0.0, o, d)
@@ -76,7 +80,7 @@ def test_a_ray_that_passes_the_sphere_is_told_so_and_keeps_a_finite_gradient():
     origin, direction = jnp.array([0.05, 0.0, 0.1]), jnp.array([0.0, 0.0, -1.0])
 
     def distance(curvature):
-        length, _, meets = intersect(curvature, UP, origin, direction)
+        length, _, meets = face(curvature).intersect(origin, direction)
         return length, meets
 
     (length, meets), slope = jax.value_and_grad(distance, has_aux=True)(1 / 0.03)
