@@ -6,13 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from newtonjax.scene import Face, Surface, frame
-
-UP = jnp.array([0.0, 0.0, 1.0])
-
-
-def face(curvature, axis=UP):
-    return Face(curvature, jnp.zeros(3), axis)
+from newtonjax.scene import Surface, frame
 
 
 def rays(count=50, seed=3):
@@ -27,8 +21,7 @@ def rays(count=50, seed=3):
 @pytest.mark.parametrize("tilt", [(0.0, 0.0), (0.01, -0.02)])
 def test_intersection_lies_on_the_sphere_that_mpmath_draws(radius, tilt):
     origin, direction = rays()
-    axis = jnp.asarray(frame(tilt)[2])
-    distance, normal, meets = jax.vmap(face(1 / radius, axis).intersect)(origin, direction)
+    distance, normal, meets = jax.vmap(Surface(1 / radius, tilt=tilt).face().intersect)(origin, direction)
     assert meets.all()
     with mpmath.workdps(50):
         a, b = map(mpmath.mpf, tilt)
@@ -66,7 +59,7 @@ def test_curvature_zero_is_the_limit_of_large_spheres_in_value_and_slope():
     origin, direction = rays(5)
 
     def distance(curvature, o, d):
-        return face(curvature).intersect(o, d)[0]
+        return Surface(curvature).face().intersect(o, d)[0]
 
     for o, d in zip(origin, direction, strict=True):
         plane, slope = jax.value_and_grad(distance)(0.0, o, d)
@@ -80,7 +73,7 @@ def test_a_ray_that_passes_the_sphere_is_told_so_and_keeps_a_finite_gradient():
     origin, direction = jnp.array([0.05, 0.0, 0.1]), jnp.array([0.0, 0.0, -1.0])
 
     def distance(curvature):
-        length, _, meets = face(curvature).intersect(origin, direction)
+        length, _, meets = Surface(curvature).face().intersect(origin, direction)
         return length, meets
 
     (length, meets), slope = jax.value_and_grad(distance, has_aux=True)(1 / 0.03)
