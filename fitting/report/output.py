@@ -1,12 +1,12 @@
 """Files that the shell writes: whole or not at all, and never over another one unless asked to."""
 
-import json
-import math
 import os
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+
+import msgspec
 
 # Files that this process has written whole, in their order.
 written: list[Path] = []
@@ -129,14 +129,5 @@ def files_of(folder: Path | None, names: tuple[str, ...], force: bool, keep: tup
 
 def json_text(answer: dict) -> str:
     """One JSON object, with null for what is not finite."""
-    return json.dumps(_plain(answer), allow_nan=False, ensure_ascii=False, indent=2) + "\n"
-
-
-def _plain(value):
-    if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if hasattr(value, "tolist"):  # NumPy's and JAX's numbers and arrays
-        return _plain(value.tolist())
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    text = msgspec.json.encode(answer, enc_hook=lambda array: array.tolist())
+    return msgspec.json.format(text, indent=2).decode() + "\n"

@@ -30,15 +30,11 @@ def in_words(
 
 def _groups(coupled: np.ndarray) -> list[np.ndarray]:
     """Indices that are coupled with each other, by group; those coupled with nothing, themselves too, are left out."""
-    ungrouped, groups = set(np.flatnonzero(coupled.any(axis=1)).tolist()), []
-    while ungrouped:
-        group, added = set(), {min(ungrouped)}
-        while added:
-            group |= added
-            added = set(np.flatnonzero(coupled[sorted(group)].any(axis=0)).tolist()) - group
-        ungrouped -= group
-        groups.append(np.array(sorted(group)))
-    return groups
+    from scipy.sparse.csgraph import connected_components
+
+    members = np.flatnonzero(coupled.any(axis=1))
+    _, label = connected_components(coupled[np.ix_(members, members)], directed=False)
+    return [members[label == k] for k in np.unique(label)]
 
 
 def _in_group(names: list[str], ratio: np.ndarray, directions: Float[np.ndarray, "n weak"]) -> str:
