@@ -17,6 +17,7 @@ os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "0")
 
 import costs
 import jax
+import jaxtyping
 import memory
 from hypothesis import settings
 from jaxtyping import install_import_hook
@@ -51,6 +52,14 @@ def pytest_collection_modifyitems(items):
     """Put the longest modules first; the Makefile gives each module to one worker, in this order."""
     order = {f"test_{name}": place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: order.get(item.path.stem, len(order)))
+
+
+@pytest.fixture(scope="module")
+def untyped():
+    """Without the type checker, as users have the library: what they pass meets our own checks."""
+    jaxtyping.config.update("jaxtyping_disable", True)
+    yield
+    jaxtyping.config.update("jaxtyping_disable", False)
 
 
 @pytest.fixture(scope="session")

@@ -130,8 +130,8 @@ def evidence_of(photograph: Photograph, rings: Rings, view: View | None = None) 
     view = resolving_view(photograph, rings, view)
     tiles = Tiles.of(view, rings, np.clip(4 * orders**2, _FEWEST_TILES, _MOST_TILES))
     second, third = 0.0, 0.0
-    # Crests that are cut off leave harmonics undetermined.
-    if photograph.mask.sum() > _UNCUT * photograph.lit.sum():
+    # Crests that are cut off leave harmonics undetermined; those of two levels are the threshold's.
+    if not photograph.has_two_levels and photograph.mask.sum() > _UNCUT * photograph.lit.sum():
         unsaturated = view_of(photograph, view.factor, photograph.mask)
         second, third = Tiles.of(unsaturated, rings, np.clip((orders / _WIDE) ** 2, 4, _MOST_TILES)).harmonics
     plane = plane_wave(view) if rings.match < _MATCH else 0.0
@@ -156,6 +156,7 @@ class Tiles:
         """About so many tiles of a view; those of which less than half is lit are left out."""
         rows, columns = view.means.shape
         size = int(np.clip(np.sqrt(rows * columns / count), _SMALLEST_TILE, min(rows, columns)))
+        variance = noise_variance(view.means, view.mask)
         on_blocks = view.shown(rings)
         x, y = np.arange(columns) - on_blocks.centre[0], np.arange(rows)[:, None] - on_blocks.centre[1]
         turns = (on_blocks.scale * (x**2 + y**2) + on_blocks.phase) % 1.0
@@ -164,7 +165,7 @@ class Tiles:
         used *= used.mean(axis=2, keepdims=True) >= 0.5
         place = (np.arange(size) - (size - 1) / 2) / size
         plane = np.stack([np.ones(size**2), np.tile(place, size), np.repeat(place, size)], axis=1)
-        return cls(light, used, phase, plane.astype(np.float32), noise_variance(view.means, view.mask))
+        return cls(light, used, phase, plane.astype(np.float32), variance)
 
     @cached_property
     def waves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

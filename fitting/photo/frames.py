@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from fitting.photo import numpy_files, tiff_pages
 from fitting.photo.image_file import load
 
 _ALLOWED = (
-    "an array [frames, rows, columns] or with channels, an iterable of images, or a file (multi-page TIFF, GIF, video)"
+    "an array [frames, rows, columns] or with channels, an iterable of images, or a file (multi-page TIFF, GIF, .npy, "
+    "video)"
 )
-_TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 # Formats that Pillow reads frame by frame; what is none of them is taken for a video, for which imageio has readers by
 # these modules.
 _STILL = (".gif", ".png", ".apng", ".webp", ".jpg", ".jpeg", ".bmp")
@@ -31,18 +32,22 @@ def frames_of(source: Any) -> Iterator[np.ndarray | ValueError]:
     if isinstance(source, str | Path):
         return _of_file(Path(source))
     if hasattr(source, "ndim"):
-        if source.ndim not in (3, 4) or (source.ndim == 3 and source.shape[-1] <= 4 < source.shape[0]):
-            raise ValueError(f"frames of shape {source.shape} were given; allowed: {_ALLOWED}; of one image use fit")
-        return map(_image, source)
+        return _of_array(source, "frames")
     if not isinstance(source, Iterable):
         raise ValueError(f"frames is {type(source).__name__}; allowed: {_ALLOWED}")
     return map(_image, iter(source))
 
 
+def _of_array(array: Any, name: str) -> Iterator[np.ndarray | ValueError]:
+    if array.ndim not in (3, 4) or (array.ndim == 3 and array.shape[-1] <= 4 < array.shape[0]):
+        raise ValueError(f"{name} of shape {array.shape} were given; allowed: {_ALLOWED}; of one image use fit")
+    return map(_image, array)
+
+
 def _image(item: Any) -> np.ndarray | ValueError:
     try:
         if isinstance(item, str | Path):
-            return load(item)
+            return load(item).codes
         return item if isinstance(item, np.ndarray) else np.asarray(item)
     except (ValueError, OSError) as error:
         return ValueError(str(error))
@@ -52,9 +57,11 @@ def _of_file(path: Path) -> Iterator[np.ndarray | ValueError]:
     if not path.is_file():
         raise FileNotFoundError(f"{path} is no file; give {_ALLOWED}")
     with path.open("rb") as file:
-        head = file.read(4)
-    if head in _TIFF:
-        return _pages(path)
+        head = file.read(6)
+    if head.startswith(tiff_pages.HEADS):
+        return map(_page, tiff_pages.each_page(path))
+    if head.startswith(numpy_files.HEADS):
+        return _of_array(_array(path), f"frames in {path}")
     if path.suffix.lower() in _STILL:
         return _moving(path, "pillow", {"mode": "RGB"})
     plugin = next((plugin for module, plugin in _VIDEO.items() if find_spec(module)), None)
@@ -66,22 +73,17 @@ def _of_file(path: Path) -> Iterator[np.ndarray | ValueError]:
     return _moving(path, plugin, {})
 
 
-def _pages(path: Path) -> Iterator[np.ndarray | ValueError]:
-    import tifffile
+def _page(codes: np.ndarray | Exception) -> np.ndarray | ValueError:
+    if isinstance(codes, Exception):
+        return ValueError(f"the page cannot be read ({_first_line(codes)})")
+    return codes
 
-    with tifffile.TiffFile(path) as file:
-        series = file.series[0]
-        if len(file.pages) == 1 and series.ndim > 2 and series.shape[-1] > 4:
-            # ImageJ keeps the pages of large files without a header each.
-            yield from series.asarray(out="memmap")
-            return
-        for page in file.pages:
-            try:
-                codes = page.asarray()
-                planes = getattr(page, "samplesperpixel", 1) > 1 and getattr(page, "planarconfig", 1) == 2
-                yield np.moveaxis(codes, 0, -1) if planes else codes
-            except Exception as error:  # the decoders raise whatever they like
-                yield ValueError(f"the page cannot be read ({_first_line(error)})")
+
+def _array(path: Path) -> np.ndarray:
+    try:
+        return numpy_files.load_array(path)
+    except Exception as error:  # of a damaged file NumPy raises whatever it likes
+        raise ValueError(f"{path} cannot be read as frames ({_first_line(error)}); allowed: {_ALLOWED}") from error
 
 
 def _moving(path: Path, plugin: str, how: dict) -> Iterator[np.ndarray | ValueError]:

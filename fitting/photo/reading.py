@@ -7,16 +7,13 @@ from pathlib import Path
 import numpy as np
 from scipy import ndimage
 
+from fitting.photo.arrays import SATURATED, Planes, array_of, below, clearest_channel, planes_of
 from fitting.photo.codes import Codes, Curve
-from fitting.photo.image_file import SMALLER, has_more, load
+from fitting.photo.image_file import SMALLER, load
 from fitting.photo.smoothing import smooth, thin
-from newtonjax.numerics import require_memory
+from newtonjax.numerics import require_memory, shown
 
 _CHANNELS = ("red", "green", "blue")
-# A code this near the top of its range no longer follows the light.
-_SATURATED = 0.98
-# Channels are compared on so many blocks of 2 x 2 pixels to a side.
-_COMPARED = 720
 
 
 @dataclass(frozen=True)
@@ -28,6 +25,7 @@ class Photograph:
     - `lit` [rows, columns]: as `mask`, with saturated pixels: bright they are, and a search that took them for nothing
       would find the rings of the mask.
     - `channel`: which was taken; `transfer`: how codes became light; `warnings`: what a person should know.
+    - `has_two_levels`: whether pixels are light or dark and nothing between.
     """
 
     codes: Codes
@@ -36,6 +34,7 @@ class Photograph:
     channel: str
     transfer: str
     warnings: list[str] = field(default_factory=list)
+    has_two_levels: bool = False
 
     @cached_property
     def image(self) -> np.ndarray:
@@ -62,40 +61,36 @@ def read(
     source: str | Path | np.ndarray,
     transfer: str | float | None = None,
     mask: str | Path | np.ndarray | None = None,
+    page: int | None = None,
 ) -> Photograph:
     """A photograph from a file or an array [rows, columns] or [rows, columns, channels].
 
     Without `transfer`, 8-bit codes are taken as sRGB, 16-bit files and floats as linear; it may be "linear", "srgb" or
     an exponent. Of a colour image the channel with most fringe contrast over noise that is not saturated is taken.
     Masked are pixels that are saturated (at the top of the type, or where codes pile up below it), outside of the lit
-    field, transparent, masked in the array, far outside of all others (hot or dead), and where `mask` is False.
+    field, transparent, masked in the array, far outside of all others (hot or dead), and where `mask` is False. Of a
+    file with several pictures `page` says which, from 1 on; the first is taken, with a warning, where it does not.
 
     Raises FileNotFoundError, and ValueError for what is no image or needs more memory than there is.
     """
-    warnings = []
-    is_file = isinstance(source, str | Path)
-    picture = np.ma.asarray(load(source) if is_file else source)
-    if is_file and has_more(source):
-        warnings.append("the file holds several pictures: the first was taken; fitting.fit_stack measures all of them")
-    raw, top, count = _checked(picture.data)
-    rows, columns = raw.shape[:2]
+    planes, warnings = _planes(source, page)
+    rows, columns = planes.codes.shape[:2]
+    itemsize, top = planes.codes.itemsize, planes.top
     # One channel, a mask, the lit field, and what passes by while these are made.
-    require_memory(f"a photograph of {rows} x {columns} pixels", float(rows) * columns * (raw.itemsize + 5), SMALLER)
+    require_memory(f"a photograph of {rows} x {columns} pixels", float(rows) * columns * (itemsize + 5), SMALLER)
+    channel = clearest_channel(planes)
     exponent, name = _transfer(transfer, top)
-    channel = max(range(count), key=lambda c: _merit(raw[:, :, c], top)) if count > 1 else 0
     # A copy of its own, for an array of the caller's may change later; in this machine's order of bytes.
-    plane = np.array(raw[:, :, channel], raw.dtype.newbyteorder("="), order="C")
+    plane = np.array(planes.codes[:, :, channel], planes.codes.dtype.newbyteorder("="), order="C")
     codes = Codes(plane, Curve(top if np.isfinite(top) else 1.0, exponent))
-    lit = _opaque(picture)
+    lit = planes.visible
     if not np.issubdtype(plane.dtype, np.integer):
         lit &= np.isfinite(plane)
     lit &= _not_wild(codes, lit) & _lit(codes)
     if mask is not None:
-        mask = _read_mask(mask) if isinstance(mask, str | Path) else np.asarray(mask, dtype=bool)
-        if mask.shape != plane.shape:
-            raise ValueError(f"mask has shape {mask.shape}; allowed: the image's, {plane.shape}")
-        lit &= mask
-    follows = _below(plane, min(_SATURATED * top, _pile_up(plane)))
+        lit &= _checked_mask(mask, plane.shape)
+    # Of two levels one is no saturation.
+    follows = below(plane, np.inf if planes.has_two_levels else _saturation(plane, top))
     usable = lit & follows
     share = 1.0 - float(np.mean(follows))
     if share > 0.02:
@@ -104,8 +99,8 @@ def read(
     light = codes.light_where(usable[sample], sample)
     unit = float(np.percentile(light, 99.5)) if light.size else 0.0
     codes = Codes(plane, replace(codes.curve, unit=unit or 1.0))
-    labels = _CHANNELS if count == 3 else ("grey",)
-    return Photograph(codes, usable, lit, labels[channel], name, warnings)
+    labels = _CHANNELS if planes.channels == 3 else ("grey",)
+    return Photograph(codes, usable, lit, labels[channel], name, warnings, planes.has_two_levels)
 
 
 def read_again(source: np.ndarray, like: Photograph) -> Photograph:
@@ -114,47 +109,62 @@ def read_again(source: np.ndarray, like: Photograph) -> Photograph:
     Masked are pixels that are saturated, far outside of all others or no numbers in this frame. Raises ValueError for
     an image of another shape or type.
     """
-    picture = np.ma.asarray(source)
-    raw, _, _ = _checked(picture.data)
-    if raw.shape[:2] != like.codes.shape:
-        raise ValueError(f"the frame has the shape {raw.shape[:2]}, others {like.codes.shape}")
+    planes = planes_of(source)
+    if planes.visible.shape != like.codes.shape:
+        raise ValueError(f"the frame has the shape {planes.visible.shape}, others {like.codes.shape}")
     channel = _CHANNELS.index(like.channel) if like.channel in _CHANNELS else 0
-    if raw.dtype.newbyteorder("=") != like.codes.codes.dtype or channel >= raw.shape[2]:
-        kind = f"{raw.dtype} with {raw.shape[2]} channels"
-        raise ValueError(f"the frame is {kind}, others {like.codes.codes.dtype} of which {like.channel} is used")
-    plane = np.array(raw[:, :, channel], like.codes.codes.dtype, order="C")
-    is_integer = np.issubdtype(plane.dtype, np.integer)
-    lit = like.lit & _opaque(picture)
-    if not is_integer:
+    kind, channels = planes.codes.dtype.newbyteorder("="), planes.codes.shape[2]
+    if kind != like.codes.codes.dtype or channel >= channels:
+        kinds = f"{kind} with {channels} channels"
+        raise ValueError(f"the frame is {kinds}, others {like.codes.codes.dtype} of which {like.channel} is used")
+    plane = np.array(planes.codes[:, :, channel], like.codes.codes.dtype, order="C")
+    lit = like.lit & planes.visible
+    if not np.issubdtype(plane.dtype, np.integer):
         lit &= np.isfinite(plane)
     codes = Codes(plane, like.codes.curve)
     lit &= _not_wild(codes, lit)
-    top = like.codes.curve.top if is_integer else np.inf
-    usable = lit & _below(plane, min(_SATURATED * top, _pile_up(plane)))
+    top = like.codes.curve.top if np.issubdtype(plane.dtype, np.integer) else np.inf
+    usable = lit & below(plane, np.inf if like.has_two_levels else _saturation(plane, top))
     return replace(like, codes=codes, lit=lit, mask=usable, warnings=[])
 
 
-def _read_mask(path: str | Path) -> np.ndarray:
-    """A mask from an image file: True where it is not black. Raises FileNotFoundError, and ValueError for no image."""
-    codes = np.asarray(load(path))
-    return codes > 0 if codes.ndim == 2 else np.any(codes[:, :, : 3 if codes.shape[2] >= 3 else 1] > 0, axis=2)
+def _planes(source: str | Path | np.ndarray, page: int | None) -> tuple[Planes, list[str]]:
+    """The channels of a file or an array, and what is to be said of them."""
+    warnings = []
+    if isinstance(source, str | Path):
+        picture = load(source, page)
+        planes = planes_of(picture.codes)
+        if page is None and picture.pages > 1:
+            warnings.append(
+                f"page 1 of {picture.pages} was measured; page=N (--page N) reads another one, fitting.fit_stack all"
+            )
+    elif page is None:
+        planes = planes_of(source)
+    else:
+        raise ValueError(f"page is {shown(page)} and the image an array; a page goes with a file: leave it out")
+    if planes.has_two_levels:
+        warnings.append("the picture has two levels only: a photograph in grey or colours is measured more precisely")
+    return planes, warnings
 
 
-def _opaque(picture: np.ma.MaskedArray) -> np.ndarray:
-    """False where an alpha channel is 0, or a masked array is masked."""
-    visible = np.ones(picture.shape[:2], bool)
-    if picture.mask is not np.ma.nomask:
-        visible &= ~(picture.mask if picture.ndim == 2 else np.any(picture.mask, axis=2))
-    if picture.ndim == 3 and picture.shape[2] in (2, 4):
-        visible &= picture.data[:, :, -1] > 0
-    return visible
+def _checked_mask(mask: str | Path | np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """A mask from an array, or from an image file: True where it is not black.
+
+    Raises FileNotFoundError, and ValueError for what is no mask of that shape.
+    """
+    if isinstance(mask, str | Path):
+        codes = load(mask).codes
+        usable = codes > 0 if codes.ndim == 2 else np.any(codes[:, :, : 3 if codes.shape[2] >= 3 else 1] > 0, axis=2)
+    else:
+        usable = array_of(mask, "mask").astype(bool)
+    if usable.shape != shape:
+        raise ValueError(f"mask has shape {usable.shape}; allowed: the image's, {shape}")
+    return usable
 
 
-def _below(plane: np.ndarray, level: float) -> np.ndarray:
-    """Where codes are below a level; of integers without a copy of them as floats."""
-    if not np.isfinite(level):
-        return ~(plane >= level)
-    return ~(plane >= (np.ceil(level).astype(plane.dtype) if np.issubdtype(plane.dtype, np.integer) else level))
+def _saturation(plane: np.ndarray, top: float) -> float:
+    """The code from which on light is no longer followed."""
+    return min(SATURATED * top, _pile_up(plane))
 
 
 def _pile_up(code: np.ndarray) -> float:
@@ -182,38 +192,6 @@ def _not_wild(codes: Codes, lit: np.ndarray) -> np.ndarray:
     return np.ones(codes.shape, bool) if high == low else codes.between(2 * low - high, 2 * high - low)
 
 
-def _checked(raw: np.ndarray) -> tuple[np.ndarray, float, int]:
-    """Codes [rows, columns, channels], the largest there may be, and how many channels differ and hold light."""
-    if raw.ndim not in (2, 3) or min(raw.shape[:2]) < 16:
-        raise ValueError(
-            f"an image of shape {raw.shape} was given; allowed: [rows, columns] or with channels, 16 pixels up"
-        )
-    if raw.ndim == 3 and raw.shape[2] not in (1, 2, 3, 4):
-        raise ValueError(f"an image with {raw.shape[2]} channels was given; allowed: 1 to 4")
-    if not (np.issubdtype(raw.dtype, np.integer) or np.issubdtype(raw.dtype, np.floating)):
-        raise ValueError(f"an image of type {raw.dtype} was given; allowed: integers or floats")
-    planes = raw[:, :, None] if raw.ndim == 2 else raw
-    return planes, _top(raw), 3 if planes.shape[2] >= 3 and not _is_grey(planes) else 1
-
-
-def _is_grey(planes: np.ndarray) -> bool:
-    """Whether three channels are one; a few rows tell it of most images."""
-    for part in (planes[::64], planes):
-        red, green, blue = (part[:, :, k] for k in range(3))
-        if not (np.array_equal(red, green) and np.array_equal(green, blue)):
-            return False
-    return True
-
-
-def _top(raw: np.ndarray) -> float:
-    """The largest code of an integer image: of 8 bits or 16, by its type, or by its values where that is wider."""
-    if not np.issubdtype(raw.dtype, np.integer):
-        return np.inf
-    if raw.dtype.itemsize <= 2:
-        return float(np.iinfo(raw.dtype).max)
-    return 255.0 if raw.max() <= 255 else 65535.0 if raw.max() <= 65535 else float(np.iinfo(raw.dtype).max)
-
-
 def _transfer(transfer: str | float | None, top: float) -> tuple[float | None, str]:
     """The curve's exponent, None for sRGB, and its name."""
     if transfer is None:
@@ -227,20 +205,6 @@ def _transfer(transfer: str | float | None, top: float) -> tuple[float | None, s
     if not 0.1 <= exponent <= 10:
         raise ValueError(f"transfer is {transfer!r}; allowed: 'linear', 'srgb', or an exponent from 0.1 to 10")
     return exponent, f"exponent {exponent:g}"
-
-
-def _merit(plane: np.ndarray, top: float) -> float:
-    """Contrast at fringe scales over pixel noise, less what is saturated; on every so many-th block of 2 x 2."""
-    step = 2 * max(1, max(plane.shape) // _COMPARED)
-    rows, columns = (n // 2 * 2 for n in plane.shape)
-    corners = [plane[j:rows:step, i:columns:step] for j in (0, 1) for i in (0, 1)]
-    saturated = np.mean([np.mean(~_below(corner, _SATURATED * top)) for corner in corners])
-    blocks = np.mean([np.nan_to_num(corner.astype(np.float32)) for corner in corners], axis=0)
-    band = ndimage.gaussian_filter(blocks, 1.0) - smooth(blocks, max(blocks.shape) / 25)
-    contrast = np.percentile(np.abs(band), 75)
-    slope = np.diff(blocks, axis=1)
-    noise = np.median(np.abs(slope[1:] - slope[:-1])) / 2
-    return float(contrast / (noise + 0.02 * contrast + 1e-30) * np.sqrt(contrast) * (1 - saturated) ** 4)
 
 
 def _lit(codes: Codes) -> np.ndarray:

@@ -58,6 +58,7 @@ def fit(
     transfer: str | float | None = None,
     mask: str | Path | np.ndarray | None = None,
     parts: dict[str, bool] | None = None,
+    page: int | None = None,
     progress: Progress = None,
 ) -> FitResult:
     """The lens radius, or another one of radius, wavelength, pixel size and gap index, from an image of rings.
@@ -84,6 +85,7 @@ def fit(
       parts: "oblique_view", "distortion", "fifth_order" (of the distortion), "contact" or "film" (between the pressed
         faces), with True (there, whatever the image says) or False (not there); those not named are there where the
         image calls for them.
+      page: of a file with several pictures, from 1 on; the first, with a warning, where it is not given.
       progress: True for a bar on the terminal, or a function of (steps done, their number).
 
     What the data cannot give comes back as a status and a message. Raises ValueError and FileNotFoundError for input

@@ -77,7 +77,10 @@ def task_of(arguments: dict[str, Any]) -> Task:
     given = _quantities(arguments, scene)
     fixed, start = checked_fixed(arguments["fixed"]), checked_start(arguments["start"])
     photograph = read_photograph(
-        np.asarray(image) if isinstance(image, jax.Array) else image, arguments["transfer"], arguments["mask"]
+        np.asarray(image) if isinstance(image, jax.Array) else image,
+        arguments["transfer"],
+        arguments["mask"],
+        arguments["page"],
     )
     if arguments["view"] is None and scene is None:
         photograph.warnings.append(_UNSTATED)

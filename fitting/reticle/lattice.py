@@ -36,6 +36,7 @@ def scale(
     division_sd: float | str | None = None,
     transfer: str | float | None = None,
     mask: str | Path | np.ndarray | None = None,
+    page: int | None = None,
 ) -> Scale:
     """The pixel size on the object from a photograph of a square grid of lines, at any angle.
 
@@ -46,7 +47,7 @@ def scale(
     Args:
       image: a file, or an array as in `fitting.fit`.
       division, division_sd: distance of two lines, and its standard deviation [m], or "0.1%".
-      transfer, mask: as in `fitting.fit`.
+      transfer, mask, page: as in `fitting.fit`.
 
     A photograph without a grid comes back refused. Raises ValueError and FileNotFoundError for input that is none.
 
@@ -54,7 +55,7 @@ def scale(
     if not 1e-9 < number("division", division) < 1.0:
         raise ValueError(f"division is {division}; allowed: 1e-9 to 1 m")
     sd = absolute_sd("division", division_sd, division) or 0.0
-    photograph = read(image, transfer, mask)
+    photograph = read(image, transfer, mask, page)
     return _measured(photograph, float(division), sd)
 
 

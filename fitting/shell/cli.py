@@ -18,6 +18,7 @@ from fitting.shell.options import (
     Json,
     MaskImage,
     OutputDir,
+    Page,
     Pixel,
     PixelSd,
     PlateRadius,
@@ -154,6 +155,7 @@ def fit(
     plate_radius: PlateRadius = None,
     plate_radius_sd: PlateSd = None,
     mask: MaskImage = None,
+    page: Page = None,
     mcmc: Annotated[bool, typer.Option("--mcmc", help="Draw from the posterior too (emcee).")] = False,
     json: Json = None,
     output_dir: OutputDir = None,
@@ -169,7 +171,7 @@ def fit(
 
     given = fit_verb.Given(
         wavelength, pixel_size, wavelength_sd, pixel_size_sd, radius, view, scene, transfer, scale_from, contact, mask,
-        mcmc, plate_radius, plate_radius_sd,
+        mcmc, plate_radius, plate_radius_sd, page,
     )  # fmt: skip
     return fit_verb.run(photo, given, Outputs(json, output_dir, force))
 
@@ -182,6 +184,7 @@ def scale(
         float | None, option(quantities.length_from_zero, "LENGTH", "Standard deviation of that distance.")
     ] = None,
     transfer: Transfer = None,
+    page: Page = None,
     json: Json = None,
     output_dir: OutputDir = None,
     force: Force = False,
@@ -193,7 +196,7 @@ def scale(
     from fitting.shell import scale_verb
     from fitting.shell.answer import Outputs
 
-    options = {"division": division, "division_sd": division_sd, "transfer": transfer}
+    options = {"division": division, "division_sd": division_sd, "transfer": transfer, "page": page}
     return scale_verb.run(reticle, options, Outputs(json, output_dir, force))
 
 

@@ -31,6 +31,7 @@ class Given(NamedTuple):
     mcmc: bool = False
     plate_radius: float | None = None
     plate_radius_sd: float | None = None
+    page: int | None = None
 
 
 def run(photo: Path, given: Given, outputs: Outputs) -> int:
@@ -123,6 +124,7 @@ def _arguments(given: Given) -> dict:
         "pixel_size_sd": given.pixel_size_sd,
         "radius": given.radius,
         "transfer": given.transfer,
+        "page": given.page,
     }
     if given.wavelength is not None and given.wavelength_sd is None:
         known["wavelength_sd"] = given.wavelength.sd

@@ -105,6 +105,10 @@ PlateRadius = Annotated[
 PlateSd = Annotated[
     float | None, option(quantities.length_from_zero, "LENGTH", "Standard deviation of the plate's radius.")
 ]
+Page = Annotated[
+    int | None,
+    typer.Option(min=1, help="Of a file with several pictures (TIFF, GIF, WebP, PNG, .npy).", show_default="1"),
+]
 MaskImage = Annotated[
     Path | None, typer.Option(metavar="IMAGE", help="An image of the photograph's size, black where it is not used.")
 ]

@@ -12,6 +12,7 @@ import tomli_w
 
 from newtonjax.benches import lens_on_plate
 from newtonjax.benches.arguments import BENCHES, Argument, arguments_of, refuse_old_names
+from newtonjax.numerics import shown
 from newtonjax.scene import Camera, CollectingLens, Light, Scene, Shield, Surface, word_of
 
 Three = tuple[float, float, float]
@@ -130,7 +131,8 @@ def load_scene(path: str | Path) -> tuple[Scene, Camera | None]:
     if not path.is_file():
         raise FileNotFoundError(f"{path} is no file; give the path of a scene in TOML (see docs/scene.toml)")
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        # Editors on Windows begin a file with a byte-order mark.
+        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
         table = _convert(content)
         return _scene(table), _made(Camera, table.camera)
     except ValueError as error:
@@ -191,10 +193,14 @@ def _made(kind: Callable[..., Made], table: msgspec.Struct | None) -> Made | Non
 def save_scene(path: str | Path, scene: Scene, camera: Camera | None = None) -> None:
     """Write a scene, surface by surface, and a camera to a TOML file; `load_scene` gives back the same numbers.
 
-    Raises FileExistsError where the file is there already.
+    Raises FileExistsError where the file is there already, ValueError for what is no scene or no camera.
     """
+    for name, value, kind in (("scene", scene, Scene), ("camera", camera, Camera | None)):
+        if not isinstance(value, kind):
+            raise ValueError(f"{name} is {shown(value)}; allowed: a {name.capitalize()}")
+    text = scene_text(scene, camera)
     with Path(path).open("x", encoding="utf-8") as file:
-        file.write(scene_text(scene, camera))
+        file.write(text)
 
 
 def scene_text(scene: Scene, camera: Camera | None = None) -> str:

@@ -142,3 +142,17 @@ def test_an_existing_file_is_not_overwritten(tmp_path):
     with pytest.raises(FileExistsError):
         nj.save_scene(path, nj.newton_rings(2.0, view="transmitted", screen=1e-3))
     assert path.read_text() == before
+
+
+def test_a_byte_order_mark_is_no_part_of_a_file(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text("[newton_rings]\nradius = 2.0\n", encoding="utf-8-sig")
+    assert nj.load_scene(path)[0].surfaces[1].curvature == 0.5
+
+
+@pytest.mark.usefixtures("untyped")
+def test_what_is_no_scene_leaves_no_file(tmp_path):
+    for scene, camera in ((0, None), (nj.newton_rings(1.0), 3)):
+        with pytest.raises(ValueError, match=r"(scene is 0; allowed: a Scene|camera is 3; allowed: a Camera)$"):
+            nj.save_scene(tmp_path / "scene.toml", scene, camera)
+    assert list(tmp_path.iterdir()) == []

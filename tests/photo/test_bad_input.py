@@ -36,7 +36,7 @@ def test_a_damaged_file_is_read_or_refused_in_one_line(tmp_path, extension, leng
     path = tmp_path / f"photo{extension}"
     path.write_bytes(content)
     try:
-        said = "" if load(path).size > 0 else "nothing was read"
+        said = "" if load(path).codes.size > 0 else "nothing was read"
     except ValueError as error:
         said = str(error)
     assert not said or (str(path) in said and "\n" not in said)

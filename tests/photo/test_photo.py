@@ -39,7 +39,7 @@ def test_inks_and_single_bits_are_read_as_light(tmp_path):
     image.convert("RGB").convert("CMYK").save(tmp_path / "inks.jpg", quality=95)
     assert np.corrcoef(read(tmp_path / "inks.jpg").image.ravel(), rings().ravel())[0, 1] > 0.98
     image.convert("1").save(tmp_path / "bits.png")
-    assert set(np.unique(load(tmp_path / "bits.png"))) == {0, 255}
+    assert load(tmp_path / "bits.png").codes.dtype == bool
 
 
 def test_sixteen_bit_files_are_linear(tmp_path):
@@ -125,5 +125,5 @@ def test_a_header_is_read_without_the_limit_of_the_decoder(tmp_path, monkeypatch
     """Pillow refuses more than 179 Mpx, and warns of half of that, whatever memory there is."""
     iio.imwrite(tmp_path / "rings.png", codes(rings()))
     monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 1000)
-    assert load(tmp_path / "rings.png").shape == (256, 256)
+    assert load(tmp_path / "rings.png").codes.shape == (256, 256)
     assert Image.MAX_IMAGE_PIXELS == 1000
