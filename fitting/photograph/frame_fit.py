@@ -56,7 +56,7 @@ class FrameScale:
     """From a frame's numbers to quantities; what a searched frame's budget adds to the noise goes for all after it.
 
     - `half`: turns at a gap of nothing; `plate`: radius of the plate [m]; `gap`: the one that is held [m].
-    - `whole`, `beside`: relative standard deviation of the fringe scale by the image, with noise and apart from it;
+    - `relative`, `beside`: relative standard deviation of the fringe scale by the image, with noise and apart from it;
       `given`: of the answer by what is given; `message`: of a fit without a scale.
     """
 
@@ -64,40 +64,40 @@ class FrameScale:
     half: float
     plate: float | None
     gap: float | None
-    whole: float = 0.0
+    relative: float = 0.0
     beside: float = 0.0
     given: float = 0.0
     message: str = ""
 
-    def counted(self, found: Fitted, last: Fitted | None) -> Fitted:
+    def counted(self, fitted: Fitted, last: Fitted | None) -> Fitted:
         """A searched fit whose phase is the one next to the last frame's, or to a gap of nothing."""
-        phase = Numbers(*found.numbers).phase
+        phase = Numbers(*fitted.numbers).phase
         near = self.half if last is None else Numbers(*last.numbers).phase
-        numbers = np.array(Numbers(*found.numbers)._replace(phase=phase + np.round(near - phase)))
-        return replace(found, solution=replace(found.solution, numbers=numbers))
+        numbers = np.array(Numbers(*fitted.numbers)._replace(phase=phase + np.round(near - phase)))
+        return replace(fitted, solution=replace(fitted.solution, numbers=numbers))
 
-    def calibrated(self, result: FitResult, found: Fitted) -> "FrameScale":
+    def calibrated(self, result: FitResult, fitted: Fitted) -> "FrameScale":
         """With the relative deviations of a result of `fit`."""
-        whole = (result.fringe_scale_sd or 0.0) / (result.fringe_scale_per_px2 or 1.0)
-        noise = _deviations(found).curvature / abs(Numbers(*found.numbers).curvature)
+        relative = (result.fringe_scale_sd or 0.0) / (result.fringe_scale_per_px2 or 1.0)
+        noise = _deviations(fitted).curvature / abs(Numbers(*fitted.numbers).curvature)
         answer = result.parameters.get(result.measured)
         rows = [sd for source, sd in result.budget if source in self.known.sd or source == "plate_radius"]
         return replace(
             self,
-            whole=whole,
-            beside=float(np.sqrt(max(whole**2 - noise**2, 0.0))),
+            relative=relative,
+            beside=float(np.sqrt(max(relative**2 - noise**2, 0.0))),
             given=float(np.linalg.norm(rows)) / answer.value if answer and rows else 0.0,
             message=result.message,
         )
 
-    def row(self, number: int, found: Fitted, searched: bool = False) -> FrameFit:
+    def row(self, number: int, fitted: Fitted, searched: bool = False) -> FrameFit:
         """The row of a fit."""
-        frame, sds, numbers = found.model.frame, _deviations(found), Numbers(*found.numbers)
+        frame, sds, numbers = fitted.model.frame, _deviations(fitted), Numbers(*fitted.numbers)
         scale = numbers.curvature / frame.unit**2
         relative = np.hypot(sds.curvature / abs(numbers.curvature), self.beside)
-        if self.known.unknown is None and "distortion" in found.parts:
+        if self.known.unknown is None and "distortion" in fitted.parts:
             # As in `fit`: on the mean of the field, in which what is uncertain of the distortion cancels.
-            scale, relative = scale * mean_scale(found, found.numbers), self.whole
+            scale, relative = scale * mean_scale(fitted, fitted.numbers), self.relative
         x, y = frame.middle
         row = FrameFit(
             number,
@@ -108,15 +108,15 @@ class FrameScale:
             centre_sd_px=(float(sds.centre_x * frame.unit), float(sds.centre_y * frame.unit)),
             fringe_scale_per_px2=float(scale),
             fringe_scale_sd=float(relative * abs(scale)),
-            explained_variance=float(found.explained),
+            explained_variance=float(fitted.explained),
             searched=searched,
         )
-        return row if self.known.unknown is None else self._scaled(row, found, sds.phase, float(relative))
+        return row if self.known.unknown is None else self._scaled(row, fitted, sds.phase, float(relative))
 
-    def _scaled(self, row: FrameFit, found: Fitted, phase_sd: float, relative: float) -> FrameFit:
+    def _scaled(self, row: FrameFit, fitted: Fitted, phase_sd: float, relative: float) -> FrameFit:
         """The row with the quantities that follow from its fringe scale."""
-        known, measured = self.known, self.known.measured
-        values = known.values(row.fringe_scale_per_px2 or np.nan)
+        quantities, measured = self.known, self.known.measured
+        values = quantities.values(row.fringe_scale_per_px2 or np.nan)
         relative /= abs(EXPONENTS[measured])
         if self.plate is not None:
             effective = values["radius"]
@@ -125,26 +125,26 @@ class FrameScale:
         value = float(values[measured])
         image, total = value * relative, value * float(np.hypot(relative, self.given))
         period = values["wavelength"] / (2 * values["gap_index"])
-        numbers = Numbers(*found.numbers)
+        numbers = Numbers(*fitted.numbers)
         gap = (numbers.phase - self.half) * period if self.gap is None else self.gap
-        wave_sd, index_sd = (known.sd.get(name, 0.0) / values[name] for name in ("wavelength", "gap_index"))
-        disc = float(np.sqrt(max(numbers.contact, 0.0))) * found.model.frame.unit * values["pixel_size"]
+        wave_sd, index_sd = (quantities.sd.get(name, 0.0) / values[name] for name in ("wavelength", "gap_index"))
+        disc = float(np.sqrt(max(numbers.contact, 0.0))) * fitted.model.frame.unit * values["pixel_size"]
         is_radius = measured == "radius"
         return replace(
             row,
             status="ok",
             message="",
             radius=float(values["radius"]),
-            radius_sd=total if is_radius else known.sd.get("radius"),
+            radius_sd=total if is_radius else quantities.sd.get("radius"),
             radius_sd_image=image if is_radius else None,
             gap=float(gap),
             gap_sd=float(np.linalg.norm([phase_sd * period, gap * wave_sd, gap * index_sd])),
-            contact_radius=disc if "contact" in found.parts else None,
+            contact_radius=disc if "contact" in fitted.parts else None,
             parameters={measured: Parameter(value, total, False)},
         )
 
 
-def _deviations(found: Fitted) -> Numbers:
+def _deviations(fitted: Fitted) -> Numbers:
     """Standard deviations of the numbers by the frame's noise, and by errors that its neighbouring pixels share."""
-    covariance = found.matrix.covariance(variance_of(found)[0])
+    covariance = fitted.matrix.covariance(variance_of(fitted)[0])
     return Numbers(*np.sqrt(np.clip(np.diag(block_of(covariance)), 0.0, None)))

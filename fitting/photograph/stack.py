@@ -65,8 +65,8 @@ def fit_stack(
 
     """
     arguments = {name: value for name, value in locals().items() if name != "frames"}
-    known = _checked(arguments)
-    return _rows(frames_of(frames), arguments, known)
+    known_quantities = _checked(arguments)
+    return _rows(frames_of(frames), arguments, known_quantities)
 
 
 def _checked(arguments: dict) -> Quantities:
@@ -79,16 +79,16 @@ def _checked(arguments: dict) -> Quantities:
     checked_plate(arguments["plate_radius"], arguments["plate_radius_sd"])
     free = arguments["free"]
     free = (free,) if isinstance(free, str) else tuple(free or ())
-    given = {name: arguments[name] for name in EXPONENTS}
-    if given["gap_index"] is None and "gap_index" not in free:
-        given["gap_index"] = 1.0
-    return quantities(given, {name: arguments[f"{name}_sd"] for name in EXPONENTS}, free)
+    values = {name: arguments[name] for name in EXPONENTS}
+    if values["gap_index"] is None and "gap_index" not in free:
+        values["gap_index"] = 1.0
+    return quantities(values, {name: arguments[f"{name}_sd"] for name in EXPONENTS}, free)
 
 
-def _rows(frames: Iterator, arguments: dict, known: Quantities) -> Iterator[FrameFit]:
+def _rows(frames: Iterator, arguments: dict, known_quantities: Quantities) -> Iterator[FrameFit]:
     track: Track | None = None
     half = 0.5 if (arguments["view"] or "reflected") == "reflected" else 0.0
-    scale = FrameScale(known, half, arguments["plate_radius"], (arguments["fixed"] or {}).get("gap"))
+    scale = FrameScale(known_quantities, half, arguments["plate_radius"], (arguments["fixed"] or {}).get("gap"))
     for number, frame in enumerate(frames):
         if isinstance(frame, ValueError):
             yield FrameFit(number, "refused", str(frame))
@@ -118,8 +118,8 @@ def _next(number: int, frame: np.ndarray, track: Track | None, scale: FrameScale
     if result.evidence is None or result.picture is None:
         said = f"{reason}, and a search ended with: {result.message}" if reason else result.message
         return FrameFit(number, result.status, said, searched=True), track, scale
-    found = scale.counted(result.evidence.found, None if track is None else track.fit)
-    scale = scale.calibrated(result, found)
-    row = scale.row(number, found, searched=True)
+    fitted = scale.counted(result.evidence.found, None if track is None else track.fit)
+    scale = scale.calibrated(result, fitted)
+    row = scale.row(number, fitted, searched=True)
     row = replace(row, message=f"{reason}: searched anew" if reason else row.message)
-    return row, begin(result.picture.photograph, found), scale
+    return row, begin(result.picture.photograph, fitted), scale

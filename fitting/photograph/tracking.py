@@ -72,15 +72,15 @@ def follow(track: Track, frame: np.ndarray) -> Track:
     except ValueError as error:
         raise LostError(str(error), hopeless=True) from None
     _require_light(photograph, track)
-    here = track.fit.numbers
-    starts = [here] if track.before is None else [here, 2 * here - track.before]
+    numbers = track.fit.numbers
+    starts = [numbers] if track.before is None else [numbers, 2 * numbers - track.before]
     for start in starts:
         try:
             fit = _fit(photograph, track.fit, start)
         except ValueError:  # no block of pixels is left, or an illumination that nothing determines
             fit = None
         if fit is not None and 1 - fit.explained < _WORSE * (1 - track.fit.explained) + _MORE:
-            return Track(photograph, fit, _spread(photograph), here)
+            return Track(photograph, fit, _spread(photograph), numbers)
     if _spread(photograph) < np.sqrt(_FAINT) * track.spread:
         raise LostError("dark or blank: its light varies by less than a tenth of the last frame's", hopeless=True)
     raise LostError("the rings are not where the last frame had them")
@@ -113,11 +113,11 @@ def _fit(photograph: Photograph, last: Fitted, start: np.ndarray) -> Fitted | No
     same_sign = solution.point.modulus.mean() * last.solution.point.modulus.mean() > 0
     if not (solution.converged and np.isfinite(solution.chi2) and same_sign):
         return None
-    solution, left, scale = _weighed_down(problem, reduced, solution, last)
+    solution, residuals, scale = _weighed_down(problem, reduced, solution, last)
     if not solution.converged:
         return None
     matrix = normal_matrix(solution)
-    return sharpened(Fitted(model, reduced, solution, left, scale, last.fixed, last.parts, matrix))
+    return sharpened(Fitted(model, reduced, solution, residuals, scale, last.fixed, last.parts, matrix))
 
 
 def _with_weights_of(last: Fitted, reduced: Reduced) -> Reduced:
@@ -130,22 +130,22 @@ def _with_weights_of(last: Fitted, reduced: Reduced) -> Reduced:
 def _nearest(problem: Problem, reduced: Reduced, start: np.ndarray, last: Fitted) -> Solution:
     """The optimum next to a start whose phase is first moved as all fringes together moved."""
     normal = normal_equations(sums(reduced, problem.phase.fields(start).phase, problem.phase.edges(start)))
-    moved = start.copy()
+    shifted = start.copy()
     if problem.moving[_PHASE]:
-        moved[_PHASE] += _step(problem, normal, last)
-    return solve(problem, reduced, moved, first=normal, rounds=_ROUNDS)
+        shifted[_PHASE] += _step(problem, normal, last)
+    return solve(problem, reduced, shifted, first=normal, rounds=_ROUNDS)
 
 
 def _weighed_down(
     problem: Problem, reduced: Reduced, first: Solution, last: Fitted
 ) -> tuple[Solution, Residuals, float | None]:
     """A fit whose outliers are weighted down, if it has any, as `estimate.robust_fit` does."""
-    left = robust.residuals_of(first, reduced, None)
-    spread = robust.spread_of(left, reduced.used)
-    if not is_clean(left, reduced, spread):
+    residuals = robust.residuals_of(first, reduced, None)
+    spread = robust.spread_of(residuals, reduced.used)
+    if not is_clean(residuals, reduced, spread):
         return _rounds(problem, reduced, first, spread)
     if last.scale is None:
-        return first, left, None
+        return first, residuals, None
     # It was begun with the weights of a frame that had outliers.
     plain = solve(problem, reduced, first.numbers)
     return plain, robust.residuals_of(plain, reduced, None), None
@@ -156,19 +156,19 @@ def _rounds(problem: Problem, reduced: Reduced, solution: Solution, scale: float
 
     The way that is left to the fixed point of `robust.settle` is told from two steps, as a geometric series.
     """
-    moving, moved = problem.moving, 0.0
+    moving, distance = problem.moving, 0.0
     for _ in range(_MOST):
         edges = problem.phase.edges(solution.numbers)
         image = image_of(solution.point.background, solution.point.modulus)
-        moments, left = fused(reduced, solution.fields.phase, image, scale, edges)
-        weighted = replace(reduced, weights=left.weights)
+        moments, residuals = fused(reduced, solution.fields.phase, image, scale, edges)
+        weighted = replace(reduced, weights=residuals.weights)
         further = solve(problem, weighted, solution.numbers, first=normal_equations(moments), rounds=_ROUNDS)
         step = (further.numbers - solution.numbers)[moving]
         information = further.point.matrix[np.ix_(moving, moving)] * further.weight / max(further.chi2, 1e-300)
-        solution, scale = further, robust.spread_of(left, reduced.used)
-        before, moved = moved, float(np.sqrt(step @ information @ step))
-        share = min(moved / before, _SLOWEST) if before else _SLOWEST
-        if moved * share < _SETTLED * (1 - share):
+        solution, scale = further, robust.spread_of(residuals, reduced.used)
+        previous, distance = distance, float(np.sqrt(step @ information @ step))
+        share = min(distance / previous, _SLOWEST) if previous else _SLOWEST
+        if distance * share < _SETTLED * (1 - share):
             break
     return solution, robust.residuals_of(solution, reduced, scale), scale
 
@@ -178,8 +178,8 @@ def _step(problem: Problem, normal: Normal, last: Fitted) -> float:
 
     As in phase stepping (Greivenkamp 1984): no search of half-turns, which differ by the sign of the contrast only.
     """
-    rest = eliminate(normal, problem.degrees[0])
+    profiled = eliminate(normal, problem.degrees[0])
     modulus = last.solution.point.modulus[:, None]
-    columns = np.concatenate([tilted(modulus, np.full(len(modulus), away)) for away in (0.0, 0.25)], axis=1)
-    even, odd = np.linalg.lstsq(columns.T @ rest.fringes @ columns, columns.T @ rest.of_fringes, rcond=1e-12)[0]
+    columns = np.concatenate([tilted(modulus, np.full(len(modulus), turn)) for turn in (0.0, 0.25)], axis=1)
+    even, odd = np.linalg.lstsq(columns.T @ profiled.fringes @ columns, columns.T @ profiled.of_fringes, rcond=1e-12)[0]
     return float(np.arctan2(odd, even) / (2 * np.pi))

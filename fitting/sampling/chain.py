@@ -121,9 +121,9 @@ class Chain(AbstractResult):
             f"draws, acceptance {self.acceptance:.2f}" + (f"; {self.message}" if self.message else "")
         ]
         for k, name in enumerate(self.names):
-            drawn = self.of(name)
+            sample = self.of(name)
             lines += [
-                f"    {name:<14} {drawn.mean():.8g} +/- {drawn.std():.2g}"
+                f"    {name:<14} {sample.mean():.8g} +/- {sample.std():.2g}"
                 + ("" if self.message else " (95 %: {:.8g} to {:.8g})".format(*self.interval(name)))
                 + f", autocorrelation {self.autocorrelation_time[k]:.0f} steps, R-hat {self.split_rhat[k]:.3f}"
             ]
@@ -131,15 +131,20 @@ class Chain(AbstractResult):
 
 
 def chain_of(
-    target: Posterior, found: Fitted, known: Quantities, points: np.ndarray, log_prob: np.ndarray, acceptance: float
+    target: Posterior,
+    fitted: Fitted,
+    quantities: Quantities,
+    points: np.ndarray,
+    log_prob: np.ndarray,
+    acceptance: float,
 ) -> Chain:
     """The chain of points [steps, walkers, dimensions] after burn-in, with its diagnostics."""
     import emcee
 
     flat = points.reshape(-1, target.dimensions)
     excursion = float(in_blocks(excursions, target, flat).max())
-    drawn = draws(target, found, known, flat)
-    values = drawn.values.reshape(*points.shape[:2], -1)
+    sample = draws(target, fitted, quantities, flat)
+    values = sample.values.reshape(*points.shape[:2], -1)
     time = np.atleast_1d(emcee.autocorr.integrated_time(values, quiet=True, tol=0))
     length, slowest = len(values), float(np.max(time))
     message = ""
@@ -154,7 +159,7 @@ def chain_of(
             "draws are cut off there; take more rings into the picture"
         )
     return Chain(
-        drawn.names,
+        sample.names,
         values,
         log_prob,
         time,

@@ -65,16 +65,16 @@ def sample(
         raise ValueError("file is emcee's; leave it out with sampler='nuts'")
     if steps < 8:
         raise ValueError(f"steps is {steps}; allowed: at least 8")
-    found, known, variance, covariance = result.evidence
-    if known.plate is not None:
+    fitted, quantities, variance, covariance = result.evidence
+    if quantities.plate is not None:
         raise ValueError("a chain holds the rings' own radius; fit without plate_radius, and take the plate off after")
     with x64():
-        target = posterior(found, known, variance, covariance)
+        target = posterior(fitted, quantities, variance, covariance)
         if sampler == "nuts":
             from fitting.sampling.nuts import run
 
             points, log_prob, acceptance = run(target, 4 if walkers is None else walkers, steps, seed)
-            return chain_of(target, found, known, points, log_prob, acceptance)
+            return chain_of(target, fitted, quantities, points, log_prob, acceptance)
         walkers = 32 if walkers is None else walkers
         if walkers < 2 * target.dimensions + 2:
             raise ValueError(f"walkers is {walkers}; allowed: at least {2 * target.dimensions + 2} here")
@@ -83,7 +83,7 @@ def sample(
         points, log_prob = (np.asarray(get(discard=burned)) for get in (ensemble.get_chain, ensemble.get_log_prob))
         if len(points) < 8:
             raise ValueError(f"only {ensemble.iteration} steps were taken; let it run longer")
-        return chain_of(target, found, known, points, log_prob, float(np.mean(ensemble.acceptance_fraction)))
+        return chain_of(target, fitted, quantities, points, log_prob, float(np.mean(ensemble.acceptance_fraction)))
 
 
 def _ensemble(target: Posterior, walkers: int, steps: int, seed: int, file, progress) -> emcee.EnsembleSampler:
