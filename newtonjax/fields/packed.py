@@ -1,8 +1,9 @@
-"""One compiled program for the rays of every bench: a scene packed into arrays of fixed sizes, worked through in parts.
+"""Two compiled programs for the rays of every bench: a scene packed into arrays of fixed sizes, gone through in parts.
 
 What differs between benches is data here: words of beams are tables padded with rests, an absent shield is an infinite
-hole, every light has two components of polarization. However many benches and cameras are planned, explained or traced,
-there is one program for up to 8 interactions of a beam, one for 9 to 16, one for 17 to 32, and so on.
+hole, every light has two components of polarization. One program is of few points, one of many, with the same numbers
+bit for bit. However many benches and cameras are planned, explained or traced, there are these two for up to 8
+interactions of a beam, two for 9 to 16, two for 17 to 32, and so on; a plan takes the one of many points alone.
 """
 
 from collections.abc import Callable
@@ -15,12 +16,15 @@ from jaxtyping import Array, Float, Int
 
 from newtonjax.fields.at_points import Fields, combine, pairs
 from newtonjax.fields.smoothness import smooth
-from newtonjax.numerics import Scalar, namespace, x64
-from newtonjax.rays import Arrival, Route, Setting, arrive_all, gather
+from newtonjax.numerics import Scalar, module_of, x64
+from newtonjax.rays import Arrival, Route, Setting, arrive_all, arrive_without_derivative, gather
 from newtonjax.scene import Camera, Scene, corners, irradiance, node_points, shares
 
-# Sizes of one call: points (17 x 17 nodes), and the fewest interactions; it takes one beam.
-POINTS, INTERACTIONS = 289, 8
+# Beams and points of one call: 5 x 5 nodes or 17 x 17, each with the frame's corners. A small call costs what it takes
+# to start its many loops, which two beams share; a large one what its rays cost.
+FEW, MANY = (2, 32), (1, 293)
+# The fewest interactions of a route.
+INTERACTIONS = 8
 # A program of many small loops: XLA's older emitters, where it still has them, compile it in two thirds of the time,
 # with the same numbers. An option that a compiler does not know is an error.
 OPTIONS = {"xla_cpu_use_fusion_emitters": False} if jax.__version_info__ < (0, 11) else {}
@@ -47,7 +51,7 @@ def pack(scene: Scene) -> Packed:
     """The numbers of a scene in padded arrays. Known numbers take under a millisecond and compile nothing."""
     longest = max(len(word.split()) for word in scene.beams)
     routes, setting = gather(scene, max(INTERACTIONS, 1 << (longest - 1).bit_length()))
-    xp = namespace(scene)
+    xp = module_of(routes.before)
     # Copies: JAX remembers what it made of an array of the scene's, also for a program of another precision.
     return Packed(
         routes,
@@ -58,26 +62,34 @@ def pack(scene: Scene) -> Packed:
     )
 
 
-# Of known numbers: routes [1, interactions], points [289, 2] in metres; the arrival's numbers are [1, 289]. The shell
-# puts a form of it here that is kept between runs.
-rays: Callable[..., Arrival] = jax.jit(arrive_all, compiler_options=OPTIONS)
+# Of known numbers: routes [beams, interactions], points [n, 2] in metres; the arrival's numbers are [beams, n]. The
+# shell puts a form of it here that is kept between runs.
+rays: Callable[..., Arrival] = jax.jit(arrive_without_derivative, compiler_options=OPTIONS)
 
 
 def arrivals(packed: Packed, points: Float[np.ndarray, "n 2"]) -> Arrival:
     """Every beam at every point of the screen [beams, n], in NumPy; points in metres, any number of them.
 
-    Calls `rays` for one beam and 289 points at a time, in float64 on the processor whatever JAX is set to.
+    Calls `rays` for `FEW` or `MANY` beams and points at a time, in float64 on the processor whatever JAX is set to.
     """
-    number = len(points)
-    padded = points[np.minimum(np.arange(-(-number // POINTS) * POINTS), number - 1)].reshape(-1, POINTS, 2)
-    beams = [
-        jax.tree.map(lambda leaf, at=at: leaf[at : at + 1], packed.routes) for at in range(len(packed.routes.action))
+    beams, number = len(packed.routes.action), len(points)
+    side_by_side, points_of_call = FEW if number <= FEW[1] else MANY
+    routes = [
+        jax.tree.map(lambda leaf, chosen=chosen: leaf[chosen], packed.routes) for chosen in _calls(beams, side_by_side)
     ]
+    blocks = [points[chosen] for chosen in _calls(number, points_of_call)]
     with x64(), jax.default_device(jax.local_devices(backend="cpu")[0]):
-        parts = [[rays(beam, packed.setting, block) for block in padded] for beam in beams]
-    rows = [jax.tree.map(lambda *leaves: np.concatenate(leaves, axis=1), *row) for row in parts]
-    of_beams = jax.tree.map(lambda *leaves: np.concatenate(leaves), *rows)
-    return jax.tree.map(lambda leaf: leaf[:, :number], of_beams)
+        parts = [[rays(route, packed.setting, block) for block in blocks] for route in routes]
+    tables = zip(*(zip(*row, strict=True) for row in parts), strict=True)
+    return Arrival._make(
+        np.concatenate([np.concatenate(row, axis=1) for row in table])[:beams, :number] for table in tables
+    )
+
+
+def _calls(number: int, size: int) -> Int[np.ndarray, "calls size"]:
+    """Which of a number of things each call takes: the last one over again where there are no more."""
+    calls = max(-(-number // size), 1)
+    return np.minimum(np.arange(calls * size), number - 1).reshape(calls, size)
 
 
 def node_arrivals(packed: Packed, camera: Camera, nodes: int) -> Arrival:

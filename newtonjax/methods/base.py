@@ -4,13 +4,12 @@ import abc
 from collections.abc import Sequence
 from typing import ClassVar
 
-import equinox as eqx
 import jax
 from jaxtyping import Array, Float
 
 from newtonjax.fields import ErrorEstimate
 from newtonjax.methods.pictures import AbstractPicture, AtPixels
-from newtonjax.numerics import shown
+from newtonjax.numerics import afresh, shown
 from newtonjax.scene import Camera, Scene, itinerary
 
 # Costs are counted in passes of `cos_turns` over 1024 x 1024 pixels (0.6 ms on two cores). The numbers of all methods
@@ -30,8 +29,8 @@ class CannotHonourError(ValueError):
         self.part, self.demand = part, demand
 
 
-class AbstractMethod(eqx.Module):
-    """A way to compute images. Immutable and hashable: it may be a static argument.
+class AbstractMethod(abc.ABC):
+    """A way to compute images: a frozen dataclass, so that it may be a static argument; to JAX a tree without leaves.
 
     - `needs_float64`: whether a transformation in float32 would round its optical paths.
     - `traces_rays`: whether it follows rays, so that its image has what a formula for the gap alone leaves out.
@@ -43,6 +42,9 @@ class AbstractMethod(eqx.Module):
     traces_rays: ClassVar[bool] = True
     needs_every_beam: ClassVar[bool] = True
     float32_error: ClassVar[float] = 0.0
+
+    def __init_subclass__(cls):
+        jax.tree_util.register_static(cls)
 
     @abc.abstractmethod
     def check(self, scene: Scene) -> None:
@@ -71,10 +73,12 @@ class AbstractMethod(eqx.Module):
 
     def picture(self, scene: Scene, camera: Camera) -> AbstractPicture:
         """The image of known numbers, ready for its pixels. Raises ValueError where a beam does not reach it all."""
+        scene, camera = afresh(scene, camera)
         return AtPixels(scene, camera, self.image)
 
     def opd_picture(self, scene: Scene, camera: Camera) -> AbstractPicture:
         """`picture` of the path difference [m]."""
+        scene, camera = afresh(scene, camera)
         return AtPixels(scene, camera, self.opd)
 
     def refusal(self, scene: Scene) -> CannotHonourError | None:
@@ -87,6 +91,7 @@ class AbstractMethod(eqx.Module):
 
     def require_parts(self, verb: str) -> None:
         """Raise ValueError where only one whole image at a time can be computed, which the verb does not do."""
+        del verb  # of a pixel by itself there is nothing to refuse
 
     def bytes_per_pixel(self) -> int:
         """Of memory while an image of known numbers is computed: the image alone, unless a method says more."""

@@ -1,5 +1,6 @@
 """The closed form of the gap at every pixel."""
 
+from dataclasses import dataclass
 from math import isqrt
 from typing import ClassVar
 
@@ -31,6 +32,7 @@ _PIXEL = 1.6
 _NODES = 17
 
 
+@dataclass(frozen=True)
 class ClosedForm(AbstractMethod):
     """Fringes of equal thickness by formula: path difference 2 n t(x, y) of the gap at normal incidence.
 

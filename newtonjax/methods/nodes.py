@@ -1,9 +1,9 @@
 """Rays at Chebyshev nodes, and smooth fields between them."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import equinox as eqx
 from jaxtyping import Array, Bool, Float
 
 from newtonjax.fields import (
@@ -37,6 +37,7 @@ from newtonjax.scene import Camera, Scene, corners, node_points
 _DEGREE, _PIXEL = 0.059, 0.27
 
 
+@dataclass(frozen=True)
 class Chebyshev(AbstractMethod):
     """Rays traced at `nodes` x `nodes` Chebyshev points of the image, smooth fields in between.
 
@@ -50,10 +51,10 @@ class Chebyshev(AbstractMethod):
 
     float32_error: ClassVar[float] = 1e-5
 
-    nodes: int = eqx.field(static=True, default=17)
-    dtype: str | None = eqx.field(static=True, default=None)
+    nodes: int = 17
+    dtype: str | None = None
 
-    def __check_init__(self):
+    def __post_init__(self):
         if not isinstance(self.nodes, int) or not 2 <= self.nodes <= 129:
             raise ValueError(f"nodes is {self.nodes!r}; allowed: a whole number from 2 to 129, to a side")
         if self.dtype is not None and not (isinstance(self.dtype, str) and self.dtype in ("float32", "float64")):
@@ -89,12 +90,15 @@ class Chebyshev(AbstractMethod):
         In NumPy, by the program of all benches, where the numbers of scene and camera are known.
         """
         if is_concrete(scene, camera):
-            bench = packed.pack(scene)
-            return packed.node_fields(bench, packed.node_arrivals(bench, camera, self.nodes))
+            return self._known_fields(scene, camera)
         fields = fields_at(scene, node_points(camera, self.nodes))
         if scene.shield is None:
             return fields
         return fields._replace(arrives=fields.arrives & arrivals_at(scene, corners(camera)).arrives.all())
+
+    def _known_fields(self, scene: Scene, camera: Camera) -> Fields:
+        bench = packed.pack(scene)
+        return packed.node_fields(bench, packed.node_arrivals(bench, camera, self.nodes))
 
     def coefficients(self, fields: Fields) -> Float[Any, "fields nodes nodes"]:
         """Chebyshev coefficients of background, moduli and phases [turns]; NumPy makes NumPy."""
@@ -105,7 +109,7 @@ class Chebyshev(AbstractMethod):
         return of_fields(self.coefficients(self.fields(scene, camera)), camera.shape)
 
     def picture(self, scene: Scene, camera: Camera) -> OnNodes:
-        fields = self.fields(scene, camera)
+        fields = self._known_fields(scene, camera)
         if not fields.arrives.all():
             raise unreached(self)
         return self.picture_of(self.coefficients(fields), camera)

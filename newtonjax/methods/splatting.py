@@ -1,10 +1,9 @@
 """The algorithm of Debelov and Dolgov (2021), section 3: rays from source nodes, paired where they meet the screen."""
 
 import warnings
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
@@ -65,6 +64,7 @@ class Splatted(NamedTuple):
     error: float
 
 
+@dataclass(frozen=True)
 class Splat(AbstractMethod):
     """Rays from a grid of source nodes; two of one node interfere where they land (Debelov and Dolgov 2021, section 3).
 
@@ -84,14 +84,14 @@ class Splat(AbstractMethod):
     - `budget`: rays, at most; `chunk`: nodes at a time.
     """
 
-    step: float | None = eqx.field(static=True, default=None)
-    epsilon: float | None = eqx.field(static=True, default=None)
-    pairing: str = eqx.field(static=True, default="midpoint")
-    path: str = eqx.field(static=True, default="wavelet")
-    budget: int = eqx.field(static=True, default=100_000_000)
-    chunk: int = eqx.field(static=True, default=65536)
+    step: float | None = None
+    epsilon: float | None = None
+    pairing: str = "midpoint"
+    path: str = "wavelet"
+    budget: int = 100_000_000
+    chunk: int = 65536
 
-    def __check_init__(self):
+    def __post_init__(self):
         for name in ("step", "epsilon"):
             value = getattr(self, name)
             if value is not None and not (isinstance(value, float | int) and 0 < value < np.inf):

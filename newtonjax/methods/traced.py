@@ -1,9 +1,9 @@
 """Rays at every pixel."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import ClassVar
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -19,6 +19,7 @@ from newtonjax.scene import Camera, Scene
 _NODES = 17
 
 
+@dataclass(frozen=True)
 class Traced(AbstractMethod):
     """Rays aimed and traced at every pixel: the reference, and the way where fields are not smooth.
 
@@ -28,9 +29,9 @@ class Traced(AbstractMethod):
 
     needs_every_beam: ClassVar[bool] = False
 
-    chunk: int = eqx.field(static=True, default=16384)
+    chunk: int = 16384
 
-    def __check_init__(self):
+    def __post_init__(self):
         if self.chunk < 1:
             raise ValueError(f"chunk is {self.chunk}; allowed: 1 pixel or more")
 

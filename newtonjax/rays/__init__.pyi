@@ -3,6 +3,7 @@
 from newtonjax.rays.aiming import Arrival as Arrival
 from newtonjax.rays.aiming import arrive as arrive
 from newtonjax.rays.aiming import arrive_all as arrive_all
+from newtonjax.rays.aiming import arrive_without_derivative as arrive_without_derivative
 from newtonjax.rays.aiming import is_small as is_small
 from newtonjax.rays.fresnel import amplitudes as amplitudes
 from newtonjax.rays.tracing import Landing as Landing

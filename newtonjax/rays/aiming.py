@@ -1,5 +1,6 @@
 """Aiming: the ray of a beam that lands on a given point of the screen, its tube, and the caustics it crossed."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -8,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Complex, Float
 
 from newtonjax.numerics import as_complex, module_of
-from newtonjax.rays.tracing import Route, Setting, trace
+from newtonjax.rays.tracing import Route, Setting, trace, up_to_rests
 from newtonjax.rays.tube import Shot, shoot
 from newtonjax.scene import dot
 
@@ -60,28 +61,38 @@ class Aimed(NamedTuple):
     """
 
     start: Float[Array, "2 ..."]
-    found: Bool[Array, "..."] | np.ndarray  # of a tangent: float0
+    lands: Bool[Array, "..."] | np.ndarray  # of a tangent: float0
     lost: Bool[Array, "..."] | np.ndarray
     shot: Shot
 
 
 @jax.custom_jvp
 def aim(route: Route, setting: Setting, target: Float[Array, "2 ..."]) -> Aimed:
+    """The rays that land on targets [m], as `aim_without_derivative`.
+
+    Derivatives follow from the implicit function theorem: forward to any order, reverse once (a Hessian is `jacfwd` of
+    `grad`).
+    """
+    return aim_without_derivative(route, setting, target, jax.lax.scan)
+
+
+def aim_without_derivative(
+    route: Route, setting: Setting, target: Float[Array, "2 ..."], go_along: Callable[..., Any] = up_to_rests
+) -> Aimed:
     """The rays that land on targets [m], by Newton's method; rays may have any axes behind their coordinates.
 
-    Where none is found the axis stands in, so that what is computed from it stays finite. Derivatives follow from the
-    implicit function theorem: forward to any order, reverse once (a Hessian is `jacfwd` of `grad`).
+    Where none is found the axis stands in, so that what is computed from it stays finite. `go_along`: as of `shoot`.
     """
     on_axis = jnp.zeros_like(target)
     no = on_axis[0] != 0
-    nothing = jax.eval_shape(lambda start: shoot(route, setting, start), on_axis)
+    nothing = jax.eval_shape(lambda start: shoot(route, setting, start, go_along), on_axis)
     shot = jax.tree.map(lambda like: jnp.zeros(like.shape, like.dtype), nothing)
 
     def step(state):
         start, ended, lands, strays, _, count, _ = state
         # One text of the ray for all steps and for the result, since it is what there is to compile: those that have
         # ended are shot again, and once more when all have.
-        shot = shoot(route, setting, start)
+        shot = shoot(route, setting, start, go_along)
         miss = target - shot.landing.point
         move = _solve(shot.slope, miss)
         # At grazing incidence a small step is a long way on the screen: both are to be small.
@@ -109,15 +120,17 @@ def _aim_jvp(primals, tangents) -> tuple[Aimed, Aimed]:
     route, setting, target = primals
     aimed = aim(route, setting, target)
     _, drift = jax.jvp(lambda r, s: trace(r, s, aimed.start)[0].point, (route, setting), tangents[:2])
-    move = jnp.where(aimed.found, _solve(aimed.shot.slope, tangents[2] - drift), 0.0)
+    move = jnp.where(aimed.lands, _solve(aimed.shot.slope, tangents[2] - drift), 0.0)
     _, along = jax.jvp(shoot, (route, setting, aimed.start), (*tangents[:2], move))
-    still = np.zeros(aimed.found.shape, jax.dtypes.float0)
+    still = np.zeros(aimed.lands.shape, jax.dtypes.float0)
     return aimed, Aimed(move, still, still, along)
 
 
-def arrive(route: Route, setting: Setting, target: Float[Array, "2 ..."]) -> Arrival:
-    """A beam, or several side by side, at points of the screen (the target, in metres)."""
-    start, lands, strays, shot = aim(route, setting, target)
+def arrive(
+    route: Route, setting: Setting, target: Float[Array, "2 ..."], search: Callable[..., Aimed] = aim
+) -> Arrival:
+    """A beam, or several side by side, at points of the screen (the target, in metres); `search` finds its rays."""
+    start, lands, strays, shot = search(route, setting, target)
     landing = shot.landing
     (a, b), (c, d) = shot.slope
     spread, miss = a * d - b * c, target - landing.point
@@ -138,9 +151,17 @@ def arrive(route: Route, setting: Setting, target: Float[Array, "2 ..."]) -> Arr
     )
 
 
-def arrive_all(routes: Route, setting: Setting, points: Float[Array, "n 2"]) -> Arrival:
+def arrive_without_derivative(routes: Route, setting: Setting, points: Float[Array, "n 2"]) -> Arrival:
+    """`arrive_all`, bit for bit, in a time that rests at the end of the routes add nothing to."""
+    return arrive_all(routes, setting, points, aim_without_derivative)
+
+
+def arrive_all(
+    routes: Route, setting: Setting, points: Float[Array, "n 2"], search: Callable[..., Aimed] = aim
+) -> Arrival:
     """Every beam at every point of the screen [m]; the arrival's numbers are [beams, n]."""
     # Numbers of interactions first, those of beams and points last.
     routes = jax.tree.map(lambda leaf: jnp.moveaxis(leaf, 0, -1)[..., None], routes)
     setting = jax.tree.map(lambda leaf: jnp.asarray(leaf)[..., None, None], setting)
-    return arrive(routes, setting, jnp.broadcast_to(points.T[:, None], (2, routes.action.shape[1], len(points))))
+    targets = jnp.broadcast_to(points.T[:, None], (2, routes.action.shape[1], len(points)))
+    return arrive(routes, setting, targets, search)

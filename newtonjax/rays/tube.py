@@ -5,6 +5,7 @@ lines where automatic differentiation has each operation of the tracer twice, an
 may have any axes behind their coordinates.
 """
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -39,8 +40,13 @@ class Shot(NamedTuple):
     slope: tuple[Float[Array, "2 ..."], Float[Array, "2 ..."]]
 
 
-def shoot(route: Route, setting: Setting, start: Float[Array, "2 ..."]) -> Shot:
-    """The ray that starts at (u, v) [m] on the launch plane, with its tube."""
+def shoot(
+    route: Route, setting: Setting, start: Float[Array, "2 ..."], go_along: Callable[..., Any] = jax.lax.scan
+) -> Shot:
+    """The ray that starts at (u, v) [m] on the launch plane, with its tube.
+
+    `go_along` works through the route: `jax.lax.scan`, or `up_to_rests` where no reverse derivative is asked for.
+    """
     _, across_x, across_y, _ = setting.launch
     ray = launch(setting, start)
     across = jnp.broadcast_to(jnp.stack([across_x, across_y], axis=1), (3, *start.shape))
@@ -53,7 +59,7 @@ def shoot(route: Route, setting: Setting, start: Float[Array, "2 ..."]) -> Shot:
         return (after, _behind(tube, stop, leg), passed(stop, leg, field), turns), None
 
     begin = (ray, Tube(across, jnp.zeros_like(across)), field, jnp.zeros_like(start[0]))
-    (ray, tube, field, turns), _ = jax.lax.scan(step, begin, route)
+    (ray, tube, field, turns), _ = go_along(step, begin, route)
     landing = land(setting, ray)
     turns = turns + foci(landing.direction, landing.length, *tube)
     return Shot(landing, field, turns, _slope(setting, landing, tube))

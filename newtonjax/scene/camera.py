@@ -70,16 +70,11 @@ class Camera(eqx.Module):
         """Screen coordinates x of the columns and y of the rows [m]; NumPy where the camera's numbers are known."""
         xp = namespace(self.pixel_size, self.centre_px)
         rows, columns = self.shape
-        return self._at(xp.arange(columns, dtype=float), xp.arange(rows, dtype=float))
+        return _on_screen(self, xp.arange(columns, dtype=float), xp.arange(rows, dtype=float))
 
     def ends(self) -> tuple[Float[Any, "2"], Float[Any, "2"]]:
         """What `axes` has at its ends [m]: x of the first and the last column, y of the first and the last row."""
-        rows, columns = self.shape
-        return self._at(np.array([0.0, columns - 1]), np.array([0.0, rows - 1]))
-
-    def _at(self, columns, rows):
-        cx, cy = middle(self.shape) if self.centre_px is None else (self.centre_px[0], self.centre_px[1])
-        return (columns - cx) * self.pixel_size, (rows - cy) * self.pixel_size
+        return _ends(self)
 
     def expose(
         self, image: Float[Array | np.ndarray, "rows columns"], key: Key[Array, ""]
@@ -102,9 +97,21 @@ class Camera(eqx.Module):
         return code.astype(jnp.uint8 if self.bits == 8 else jnp.uint16)
 
 
+# Functions, not methods: equinox makes a module of a method each time that it is named, in 20 microseconds.
+def _on_screen(camera: Camera, columns, rows):
+    """Screen coordinates of columns and of rows [m]."""
+    cx, cy = middle(camera.shape) if camera.centre_px is None else (camera.centre_px[0], camera.centre_px[1])
+    return (columns - cx) * camera.pixel_size, (rows - cy) * camera.pixel_size
+
+
+def _ends(camera: Camera) -> tuple[Float[Any, "2"], Float[Any, "2"]]:
+    rows, columns = camera.shape
+    return _on_screen(camera, np.array([0.0, columns - 1]), np.array([0.0, rows - 1]))
+
+
 def corners(camera: Camera) -> Float[Any, "4 2"]:
     """Screen points [m] of the centres of the pixels in the frame's corners."""
-    x, y = camera.ends()
+    x, y = _ends(camera)
     return module_of(x).stack([x[np.array([0, 0, 1, 1])], y[np.array([0, 1, 0, 1])]], axis=1)
 
 
@@ -115,7 +122,7 @@ def middle(shape: tuple[int, int]) -> tuple[float, float]:
 
 def node_points(camera: Camera, count: int) -> Float[Any, "n 2"]:
     """Screen points [m] of the grid of nodes over the image, row by row; NumPy where the camera's numbers are known."""
-    x, y = camera.ends()
+    x, y = _ends(camera)
     xp, at = module_of(x), nodes(count)
 
     def spread(axis):

@@ -25,7 +25,6 @@ def render(
     """
     require_bench(scene, camera)
     require_method(method)
-    scene, camera = afresh(scene, camera)
     if not is_concrete(scene, camera):
         return _within_transformation(_image, scene, camera, method)
     scene, method, picture = _choose_for_memory(scene, camera, method, tolerance)
@@ -43,7 +42,6 @@ def opd(
     require_bench(scene, camera)
     require_method(method)
     require_two_beams(scene)
-    scene, camera = afresh(scene, camera)
     if not is_concrete(scene, camera):
         return _within_transformation(_opd, scene, camera, method)
     scene, method, _ = _choose_for_memory(scene, camera, method, tolerance)
@@ -80,7 +78,7 @@ def _within_transformation(verb, scene, camera, method: AbstractMethod | None):
     if method.needs_float64:
         require_x64(type(method).__name__)
     # In float32 as it stands: compiled apart, it would be given its numbers in float32, the concrete ones too.
-    return (verb.__wrapped__ if is_single() else verb)(scene, camera, method)
+    return (verb.__wrapped__ if is_single() else verb)(*afresh(scene, camera), method)
 
 
 @partial(jax.jit, static_argnames="method")

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from newtonjax.methods import AbstractMethod, AbstractPicture, require_method
-from newtonjax.numerics import afresh, require_concrete, require_memory, require_whole
+from newtonjax.numerics import require_concrete, require_memory, require_whole
 from newtonjax.scene import Camera, Scene, require_bench
 from newtonjax.verbs.rendering import choose
 
@@ -59,7 +59,6 @@ def blocks(
     require_whole("rows", rows)
     if method is not None:
         method.require_parts("blocks")
-    scene, camera = afresh(scene, camera)
     scene, method, picture = choose(scene, camera, method, tolerance)
     rows = max(_PIXELS // camera.shape[1], 1) if rows is None else rows
     rows = min(rows, camera.shape[0])

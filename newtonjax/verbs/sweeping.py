@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array
 
 from newtonjax.methods import AbstractMethod, require_method
-from newtonjax.numerics import afresh, require_concrete, require_memory, require_whole, x64
+from newtonjax.numerics import require_concrete, require_memory, require_whole, x64
 from newtonjax.planning import plan
 from newtonjax.scene import Camera, Scene, require_camera
 
@@ -67,7 +67,6 @@ def sweep(
     advice = "allowed: a smaller batch or shape" if reduce else "allowed: fewer scenes, or reduce= for a part of each"
     require_memory(f"a sweep that holds {images}", pixels * (_BYTES * batch + (0 if reduce else 16 * count)), advice)
     rows = {name: np.broadcast_to(value, count) for name, value in table.items()}
-    (camera,) = afresh(camera)
     scenes = [(number, _named(rows, number, lambda row: bench(**row))) for number in range(count)]
     chosen = _for_all([scene for _, scene in scenes], camera, tolerance) if method is None else method
     for number, scene in scenes:

@@ -11,7 +11,7 @@ from compilations import compilations
 import newtonjax as nj
 from newtonjax.fields import at_points, packed
 from newtonjax.rays import arrive_all
-from newtonjax.scene import node_points
+from newtonjax.scene import REST, node_points
 
 CAMERA = nj.Camera((40, 50), 8e-6, centre_px=(3.0, 20.5))
 POINTS = np.asarray(node_points(CAMERA, 9))
@@ -58,24 +58,58 @@ def test_a_shield_is_seen_by_packed_rays():
     assert not reached.all()
 
 
-@pytest.mark.parametrize("number", [1, 288, 289, 290, 900])
-def test_any_number_of_points_is_worked_through_in_parts(number):
-    many = np.random.default_rng(1).uniform(-2e-4, 2e-4, (900, 2))
-    bench = packed.pack(SCENES["wedge, three beams"])
-    whole, part = packed.arrivals(bench, many), packed.arrivals(bench, many[:number])
-    assert part.path.shape == (3, number)
-    for one, other in zip(part, whole, strict=True):
-        np.testing.assert_array_equal(one, other[:, :number])
+@pytest.mark.parametrize("number", [1, 31, 32, 33, 292, 293, 294, 900])
+@pytest.mark.parametrize("name", SCENES)
+def test_any_number_of_points_is_worked_through_in_parts(name, number):
+    """Bit for bit, by the program of few points as by that of many; behind a shield and beyond a sphere too."""
+    points = np.random.default_rng(1).uniform(-2e-4, 2e-4, (900, 2))
+    points[[3, 40, 500]] *= 1e6
+    bench = packed.pack(SCENES[name])
+    of_all, of_some = packed.arrivals(bench, points), packed.arrivals(bench, points[:number])
+    assert of_some.path.shape == (len(SCENES[name].beams), number)
+    assert "wedge" in name or not of_all.arrives[:, 3].any()
+    for ours, expected in zip(of_some, of_all, strict=True):
+        np.testing.assert_array_equal(ours, expected[:, :number])
 
 
-def test_benches_of_all_kinds_share_two_programs():
-    """One for up to 8 interactions, one for up to 16; packing compiles nothing."""
+def test_rests_left_out_change_nothing():
+    """Bit for bit what the program that may be differentiated makes, which goes through the rests."""
+    with_rests = jax.jit(arrive_all, compiler_options=packed.OPTIONS)
+    points = POINTS[:32]
+    for scene in SCENES.values():
+        bench = packed.pack(scene)
+        if bench.routes.action.shape[1] > packed.INTERACTIONS:
+            continue
+        routes = jax.tree.map(lambda leaf: leaf[[0, len(leaf) - 1]], bench.routes)
+        assert (routes.action[:, -1] == REST).all()
+        expected, ours = (rays(routes, bench.setting, points) for rays in (with_rests, packed.rays))
+        jax.tree.map(np.testing.assert_array_equal, ours, expected)
+
+
+def test_an_image_of_one_pixel_is_that_of_a_transformation():
+    camera, method = nj.Camera((1, 1), 1e-5, centre_px=(7.0, -4.0)), nj.Chebyshev(3)
+    traced = jax.jit(lambda scene: nj.render(scene, camera, method))(RINGS)
+    np.testing.assert_allclose(nj.render(RINGS, camera, method), traced, rtol=1e-9)
+
+
+def test_benches_of_all_kinds_share_four_programs():
+    """Of few points and of many, for up to 8 interactions and for up to 16; packing compiles nothing."""
     jax.clear_caches()
     with compilations() as compiled:
         for scene in SCENES.values():
             bench = packed.pack(scene)
-            packed.node_fields(bench, packed.arrivals(bench, POINTS))
-    assert compiled.count == 2
+            for points in (POINTS, POINTS[:9], POINTS[:1]):
+                packed.node_fields(bench, packed.arrivals(bench, points))
+    assert compiled.count == 4
+
+
+@pytest.mark.parametrize("name", ["reflected, tilted", "wedge, three beams", "collecting lens, shield"])
+def test_a_plan_and_its_image_take_one_program_of_rays(name):
+    """That of many points, behind a shield too: a fresh process compiles no other one."""
+    jax.clear_caches()
+    with compilations() as compiled:
+        nj.plan(SCENES[name], CAMERA)
+    assert compiled.count == 1
 
 
 def test_a_bench_packs_under_a_transformation_and_keeps_its_derivative():
@@ -99,13 +133,14 @@ def test_packed_rays_are_in_float64_whatever_jax_is_set_to():
     np.testing.assert_array_equal(ours.phase, packed.node_fields(bench, packed.arrivals(bench, POINTS)).phase)
 
 
-def test_rays_of_known_benches_are_constants_of_a_users_program():
+@pytest.mark.parametrize("number", [9, 81])
+def test_rays_of_known_benches_are_constants_of_a_users_program(number):
     """Their program has options of its own, which JAX refuses for one that is traced as a part of another."""
 
     def scaled(x):
-        return x * packed.arrivals(packed.pack(RINGS), POINTS).path.max()
+        return x * packed.arrivals(packed.pack(RINGS), POINTS[:number]).path.max()
 
-    longest = packed.arrivals(packed.pack(RINGS), POINTS).path.max()
+    longest = packed.arrivals(packed.pack(RINGS), POINTS[:number]).path.max()
     assert float(jax.jit(scaled)(2.0)) == pytest.approx(2 * longest, rel=1e-15)
     assert float(jax.grad(scaled)(2.0)) == pytest.approx(longest, rel=1e-15)
     np.testing.assert_allclose(jax.vmap(scaled)(jnp.arange(3.0)), np.arange(3) * longest, rtol=1e-15)
