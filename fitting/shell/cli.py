@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from fitting.report import output
-from fitting.shell import lamps, quantities, stopping
+from fitting.shell import quantities, stopping
 from fitting.shell.bench_options import with_bench_options
 from fitting.shell.options import (
     Contact,
@@ -203,10 +203,16 @@ def scale(
 @app.command()
 def rings(
     table: Annotated[Path, typer.Argument(metavar="TABLE.csv", help="Ring readings: a header and one row a reading.")],
-    wavelength: Annotated[Any, option(lamps.wavelength, "LENGTH|LINE", "Vacuum wavelength, or a line.")],
+    wavelength: Wave = None,
     wavelength_sd: WaveSd = None,
     pixel_size: Pixel = None,
     pixel_size_sd: PixelSd = None,
+    radius: Annotated[
+        float | None, option(quantities.positive_length, "LENGTH", "A known radius: then the wavelength comes out.")
+    ] = None,
+    radius_sd: Annotated[
+        float | None, option(quantities.length_from_zero, "LENGTH", "Standard deviation of the known radius.")
+    ] = None,
     view: View = None,
     bright: Annotated[bool, typer.Option("--bright", help="The readings are of bright rings.")] = False,
     angle: Annotated[float | None, option(quantities.angle, "ANGLE", "Of view, against the normal.", "0deg")] = None,
@@ -217,7 +223,9 @@ def rings(
     gap_index_sd: Annotated[float | None, typer.Option(help="Standard deviation of the gap's index.")] = None,
     expected_radius: Annotated[
         float | None,
-        option(quantities.positive_length, "LENGTH", "Rough radius: warns where diameters and radii are swapped."),
+        option(
+            quantities.positive_length, "LENGTH", "Rough radius: warns where diameters, radii or units look swapped."
+        ),
     ] = None,
     column: Annotated[
         list[str] | None, typer.Option(metavar="NAME=COLUMN", help="The table's own name of a column; may be repeated.")
@@ -229,22 +237,27 @@ def rings(
     """Measure the lens radius from a table of ring readings: the slope of r² against order.
 
     Columns: order; left_mm with right_mm, or diameter_mm, or radius_mm, the first
-    that is there (also um, cm, m, px); and sd_mm of that reading, if known.
+    that is there (also um, cm, m, px; "diameter (mm)" and "diameter, mm" are the
+    same); sd_mm (or sigma, error) of that reading, if stated; series, if several.
+    With --radius instead of --wavelength the wavelength is measured.
 
     Ring 1 is the first dark ring outside of the centre: in contact r² = m λ R
     reflected, (2m - 1) λ R / 2 transmitted. With --bright it is the first bright
     one, and the formulas change places. The first order need not be right: only
     steps from ring to ring count. Readings off the line and orders that were
-    miscounted are flagged.
+    miscounted are flagged; what is no line, or does not determine the radius, is
+    refused with exit status 3.
     """
     from fitting.shell import rings_verb
     from fitting.shell.answer import Outputs
 
     options = {
-        "wavelength": wavelength.within(1.0),
+        "wavelength": None if wavelength is None else wavelength.within(1.0),
         "wavelength_sd": wavelength_sd,
         "pixel_size": pixel_size,
         "pixel_size_sd": pixel_size_sd,
+        "radius": radius,
+        "radius_sd": radius_sd,
         "view": view or "reflected",
         "bright": bright,
         "angle": angle or 0.0,

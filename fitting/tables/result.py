@@ -13,19 +13,25 @@ class RingsResult(AbstractResult):
     """The outcome of `fitting.rings`. Lengths in metres; `None` is what the readings do not give.
 
     - `status`: "ok", "no-scale" (radii in pixels without a pixel size) or "refused"; `message`: the reason.
+    - `measured`: "radius", or "wavelength" where the radius was given; the other of the two is None.
     - `radius`, `radius_sd` (total), `radius_interval` (95 %, Student), `radius_sd_noise` (of the readings).
+    - `wavelength`, `wavelength_sd`, `wavelength_interval`: the same where it is measured.
     - `slope`, `slope_sd`: of r² against order [m²], or [px²] without a scale.
     - `order_offset`, `order_offset_sd`: orders by which the line misses the contact's.
     - `gap`: at the centre, known modulo half a wavelength in the gap.
-    - `budget`: (source, standard deviation of the radius); `rings`; `warnings`; `model`.
+    - `budget`: (source, standard deviation of what is measured); `rings`; `warnings`; `model`.
     """
 
     status: str
     message: str = ""
+    measured: str = "radius"
     radius: float | None = None
     radius_sd: float | None = None
     radius_interval: tuple[float, float] | None = None
     radius_sd_noise: float | None = None
+    wavelength: float | None = None
+    wavelength_sd: float | None = None
+    wavelength_interval: tuple[float, float] | None = None
     fringe_scale_per_px2: float | None = None
     slope: float | None = None
     slope_sd: float | None = None
@@ -46,10 +52,14 @@ class RingsResult(AbstractResult):
         return {
             "status": self.status,
             "message": self.message,
+            "measured": self.measured,
             "radius_m": self.radius,
             "radius_sd_m": self.radius_sd,
             "radius_interval_m": self.radius_interval and list(self.radius_interval),
             "radius_sd_noise_m": self.radius_sd_noise,
+            "wavelength_m": self.wavelength,
+            "wavelength_sd_m": self.wavelength_sd,
+            "wavelength_interval_m": self.wavelength_interval and list(self.wavelength_interval),
             "fringe_scale_per_px2": self.fringe_scale_per_px2,
             f"slope_{unit}2": self.slope,
             f"slope_sd_{unit}2": self.slope_sd,
@@ -72,14 +82,18 @@ class RingsResult(AbstractResult):
     def from_dict(cls, saved: Mapping[str, Any]) -> "RingsResult":
         """The result that `to_dict` was called of."""
         unit = "m" if "slope_m2" in saved else "px"
-        interval = saved["radius_interval_m"]
+        intervals = {name: saved.get(f"{name}_interval_m") for name in ("radius", "wavelength")}
         return cls(
             saved["status"],
             saved["message"],
+            measured=saved.get("measured", "radius"),
             radius=saved["radius_m"],
             radius_sd=saved["radius_sd_m"],
-            radius_interval=interval and (interval[0], interval[1]),
+            radius_interval=intervals["radius"] and tuple(intervals["radius"]),
             radius_sd_noise=saved["radius_sd_noise_m"],
+            wavelength=saved.get("wavelength_m"),
+            wavelength_sd=saved.get("wavelength_sd_m"),
+            wavelength_interval=intervals["wavelength"] and tuple(intervals["wavelength"]),
             fringe_scale_per_px2=saved["fringe_scale_per_px2"],
             slope=saved[f"slope_{unit}2"],
             slope_sd=saved[f"slope_sd_{unit}2"],
@@ -112,18 +126,26 @@ class RingsResult(AbstractResult):
         if ax is not None:
             figure.draw_line(self.rings, self.unit, ax)
             return ax.figure
-        sd = "" if self.radius_sd is None else f" ± {self.radius_sd:.2g}"
-        title = "" if self.radius is None else f"radius {self.radius:.6g}{sd} m"
+        value, value_sd, _ = self._answer()
+        sd = "" if value_sd is None else f" ± {value_sd:.2g}"
+        title = "" if value is None else f"{self.measured} {value:.6g}{sd} m"
         return figure.of_rings(self.rings, self.unit, title)
+
+    def _answer(self) -> tuple[float | None, float | None, tuple[float, float] | None]:
+        """What is measured: value, standard deviation, interval."""
+        if self.measured == "wavelength":
+            return self.wavelength, self.wavelength_sd, self.wavelength_interval
+        return self.radius, self.radius_sd, self.radius_interval
 
     def report(self) -> str:
         """The result as text: the answer, its budget, the readings and what is wrong with them."""
         lines = [f"[[Result]]  {self.status}" + (f": {self.message}" if self.message else "")]
-        if self.radius is not None:
-            sd = "" if self.radius_sd is None else f" +/- {self.radius_sd:.2g}"
-            lines += [f"    radius = {self.radius:.6g}{sd} m"]
-        if self.radius_interval is not None:
-            lines += [f"    95 %: {self.radius_interval[0]:.6g} to {self.radius_interval[1]:.6g} m"]
+        value, value_sd, interval = self._answer()
+        if value is not None:
+            sd = "" if value_sd is None else f" +/- {value_sd:.2g}"
+            lines += [f"    {self.measured} = {value:.6g}{sd} m"]
+        if interval is not None:
+            lines += [f"    95 %: {interval[0]:.6g} to {interval[1]:.6g} m"]
         if self.slope is not None:
             sd = "" if self.slope_sd is None else f" +/- {self.slope_sd:.2g}"
             lines += [f"    slope of r² against order = {self.slope:.6g}{sd} {self.unit}²"]
@@ -131,7 +153,7 @@ class RingsResult(AbstractResult):
             sd = "" if self.order_offset_sd is None else f" +/- {self.order_offset_sd:.2g}"
             lines += [f"    offset from contact = {self.order_offset:.3g}{sd} orders"]
         if self.budget:
-            lines += ["[[Budget]]  standard deviations of the radius [m]"]
+            lines += [f"[[Budget]]  standard deviations of the {self.measured} [m]"]
             lines += [f"    {source:<12} {sd:.3g}" for source, sd in self.budget]
         if self.rings:
             lines += [f"[[Rings]]  order, radius [{self.unit}], residual [{self.unit}]"]

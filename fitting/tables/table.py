@@ -1,32 +1,40 @@
-"""Tables of ring readings: from a CSV file or columns to orders and radii."""
+"""Readings of a table: which columns are used, in which unit, and what is left out of them."""
 
-import csv
 import math
-import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-_METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "px": math.nan}
-# What is read, in this order of preference; each gives the ring's radius as a factor times the (difference of) columns.
-_KINDS = {"left": 0.5, "diameter": 0.5, "radius": 1.0}
-_NAMES = ("order", *(f"{kind}_{unit}" for kind in ("left", "right", "diameter", "radius", "sd") for unit in _METRES))
-# Two columns that tell the same ring's size may differ by this share before it is worth a word.
+from fitting.tables import headers
+from fitting.tables.columns import columns_of, numbers
+
+# A ring's radius over what a column of that kind holds; "left" is the difference to "right".
+_FACTORS = {"left": 0.5, "diameter": 0.5, "radius": 1.0}
+# Two columns of the same ring's size may differ by this share before it is worth a word.
 _AGREE = 0.02
+# Radii [m, px] and orders beyond which nothing was meant.
+_SMALLEST_RADIUS, _LARGEST_RADIUS, _LARGEST_ORDER = 1e-9, 1e6, 1e9
 
 
 @dataclass(frozen=True)
 class Readings:
-    """Ring radii [m], or [px] where `unit` is "px", by order; `sd` of the radii where the table states one."""
+    """Ring radii [m], or [px] where `unit` is "px", by order; `sd` of the radii where the table states it.
+
+    `column`: what was read; `length_unit`: its unit in the table; `series` [readings]: numbers of series, None without;
+    `series_names` of these numbers.
+    """
 
     order: np.ndarray
     radius: np.ndarray
     sd: np.ndarray | None
     unit: str
     column: str
+    length_unit: str
+    series: np.ndarray | None = None
+    series_names: tuple[str, ...] = ()
     warnings: list[str] = field(default_factory=list)
 
 
@@ -34,101 +42,109 @@ def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] |
     """Readings from a CSV file with a header, or from columns by name.
 
     Columns: `order`; then the first of `left_mm` with `right_mm`, `diameter_mm`, `radius_mm` that is there, in mm, um,
-    cm, m or px; and `sd_mm` (of that column's reading; in px beside px). `columns` maps these names to a table's own.
+    cm, m or px; `sd_mm` (of that column's reading; in px beside px), `sigma`, `error` or `uncertainty`; and `series`.
+    "diameter (mm)", "diameter [mm]" and "Diameter, mm" are the same. `columns` maps these names to a table's own.
 
     Raises FileNotFoundError, and ValueError for a table without these columns, or a cell that is no number.
     """
-    cells, lines = _columns(table)
-    table_cells, named = dict(cells), dict(columns or {})
-    for name, header in named.items():
+    table_cells, lines = columns_of(table)
+    cells, named = _named(table_cells, columns)
+    if "order" not in cells:
+        like = headers.order_like(table_cells)
+        raise ValueError(
+            f"the table has no column 'order'; it has {', '.join(table_cells)}; name one with order={like}"
+        )
+    name, *secondaries = _size_columns(cells, named, table_cells)
+    kind, unit = name.split("_")
+    sizes = {key: numbers(cells[key], key, lines) for key in ("order", *_columns_of(name))}
+    unnamed = [header for header in table_cells if header not in (columns or {}).values()]
+    sd_name, warnings = _deviation_column(cells, unnamed, kind, unit)
+    if sd_name:
+        sizes[sd_name] = numbers(cells[sd_name], sd_name, lines)
+    order, radius = sizes["order"], _radius(sizes, name) * _in_metres(unit)
+    complete = np.all([np.isfinite(column) for column in sizes.values()], axis=0)
+    if not complete.any():
+        raise ValueError("no row of the table is complete; give an order and a size in each row")
+    if not complete.all():
+        warnings.append(f"{_counted(int(np.sum(~complete)), 'row')} with an empty cell left out")
+    _check_sizes(order[complete], radius[complete], name)
+    centre = complete & (radius == 0)
+    if centre.any():
+        orders = ", ".join(f"{m:g}" for m in np.unique(order[centre])[:5])
+        warnings.append(
+            f"{_counted(int(centre.sum()), 'reading')} of radius 0 (order {orders}): the centre, no ring; left out"
+        )
+    used = complete & ~centre
+    if not used.any():
+        raise ValueError(f"{name} holds no ring: every size is zero; give the sizes of rings")
+    sd = _deviation(sizes[sd_name][used], sd_name, kind, unit) if sd_name else None
+    for secondary in secondaries:
+        warnings += _disagreement(cells, lines, name, secondary, used)
+    series, series_names = _series(cells, used)
+    column = " and ".join(_columns_of(name))
+    column_unit = "px" if unit == "px" else "m"
+    return Readings(order[used], radius[used], sd, column_unit, column, unit, series, series_names, warnings)
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}{'s' if count > 1 else ''}"
+
+
+def _in_metres(unit: str) -> float:
+    return headers.METRES.get(unit, 1.0)
+
+
+def _named(table_cells: Mapping[str, Sequence], columns: Mapping[str, str] | None) -> tuple[dict[str, Sequence], set]:
+    """Columns by the names of `headers.NAMES`, and which of them the user named. Raises ValueError for other names."""
+    if columns is not None and not isinstance(columns, Mapping):
+        raise ValueError(f"columns is {columns!r}; give a mapping such as {{'diameter_mm': 'D'}}")
+    cells, named = {}, set()
+    for header, column in table_cells.items():
+        name = "" if header in (columns or {}).values() else headers.canonical(header)
+        if name and name in cells and header != name:
+            raise ValueError(f"two columns of the table are {name}; leave one out, or name one with {name}={header}")
+        if name:
+            cells[name] = column
+    for name, header in dict(columns or {}).items():
         if header not in table_cells:
             raise ValueError(f"the table has no column {header!r}; it has {', '.join(table_cells)}")
-        if name not in _NAMES:
-            raise ValueError(f"a column cannot be named {name!r}; allowed: {', '.join(_NAMES)}")
-        cells[name] = table_cells[header]
-    if "order" not in cells:
-        raise ValueError(f"the table has no column 'order'; it has {', '.join(cells)}; name one with order=ITS-NAME")
-    size_names = _size_columns(cells)
+        stated = headers.unit_of(header)
+        with_unit = f"{name}_{stated}" if f"{name}_{stated}" in headers.NAMES else name
+        if with_unit not in headers.NAMES:
+            raise ValueError(f"a column cannot be named {name!r}; allowed: {', '.join(headers.NAMES)}")
+        kind, _, unit = with_unit.partition("_")
+        if stated and unit and stated != unit:
+            raise ValueError(f"{name}={header}: the header says {stated}; name it {kind}_{stated}={header}")
+        cells[with_unit] = table_cells[header]
+        named.add(with_unit)
+    return cells, named
+
+
+def _size_columns(cells: Mapping[str, Sequence], named: set, table_headers: Iterable[str]) -> list[str]:
+    """Columns of ring sizes, the one to use first. Raises ValueError where there is none."""
+    names = [f"{kind}_{unit}" for kind in _FACTORS for unit in headers.UNITS]
+    names = [name for name in names if all(part in cells for part in _columns_of(name))]
     # What the user names is what is meant.
-    size_names.sort(key=lambda name: not any(part in named for part in _columns_of(name)))
-    if (
-        any(part in named for part in _NAMES[1:])
-        and size_names
-        and not any(part in named for part in _columns_of(size_names[0]))
-    ):
-        lone = next(part for part in named if part != "order")
-        raise ValueError(f"{lone} alone tells no ring's size; name its partner as well")
-    if not size_names:
+    names.sort(key=lambda name: not any(part in named for part in _columns_of(name)))
+    named_sizes = {name for name in named if name.split("_")[0] in headers.SIZES}
+    if named_sizes and not (names and named_sizes & set(_columns_of(names[0]))):
+        raise ValueError(f"{min(named_sizes)} alone tells no ring's size; name its partner as well")
+    if names:
+        return names
+    listed = ", ".join(table_headers)
+    if unitless := [kind for kind in headers.SIZES if kind in cells]:
         raise ValueError(
-            f"the table has no ring sizes; it has {', '.join(cells)}; allowed: left_mm with right_mm, diameter_mm or "
-            "radius_mm (or um, cm, m, px), or name one with diameter_mm=ITS-NAME"
+            f"column {unitless[0]!r} has no unit; call it {unitless[0]}_mm (or um, cm, m, px) in the header"
         )
-    name, *secondaries = size_names
-    kind, unit = name.split("_")
-    numbers = {key: _numbers(cells[key], key, lines) for key in ("order", *_columns_of(name))}
-    stated = [f"sd_{unit}", *(f"sd_{its_unit}" for its_unit in _METRES if (its_unit == "px") == (unit == "px"))]
-    sd_name = next((sd for sd in stated if sd in cells), stated[0])
-    if sd_name in cells:
-        numbers[sd_name] = _numbers(cells[sd_name], sd_name, lines)
-    complete = np.all([np.isfinite(column) for column in numbers.values()], axis=0)
-    warnings = [f"{np.sum(~complete)} rows with an empty cell were left out"] if not complete.all() else []
-    if not complete.any():
-        raise ValueError("no row of the table is complete")
-    scale = 1.0 if unit == "px" else _METRES[unit]
-    radius = _radius(numbers, name)[complete] * scale
-    if np.any(radius < 0):
-        raise ValueError(f"{name} holds a negative size; allowed: zero or more")
-    sd = None
-    if sd_name in numbers:
-        sd_scale = 1.0 if unit == "px" else _METRES[sd_name[3:]]
-        sd = numbers[sd_name][complete] * sd_scale * _KINDS[kind] * (math.sqrt(2) if kind == "left" else 1)
-        if np.any(sd <= 0) or sd.min() < 1e-9 * sd.max():
-            raise ValueError(f"{sd_name} holds {numbers[sd_name].min():g}; allowed: above zero, and of one size")
-    unread = [column for column in cells if column.startswith("sd_") and column in _NAMES and column != sd_name]
-    warnings += [f"{column} was not used: the sizes are those of {name}" for column in unread]
-    if np.any(radius > 1e6) or np.any(np.abs(numbers["order"][complete]) > 1e9):
-        raise ValueError(f"order or {name} holds a number beyond all rings; check the columns and units")
-    for secondary in secondaries:
-        warnings += _disagreement(cells, lines, name, secondary, complete)
-    return Readings(numbers["order"][complete], radius, sd, "px" if unit == "px" else "m", name, warnings)
-
-
-def _columns(table) -> tuple[dict[str, list], list[int]]:
-    """Cells by column, and the line of the file that each row stands on."""
-    if isinstance(table, Mapping):
-        cells = {str(name): list(np.atleast_1d(np.asarray(values))) for name, values in table.items()}
-        if len({len(column) for column in cells.values()}) != 1:
-            raise ValueError("the columns have different lengths, or there are none")
-        return cells, list(range(1, len(next(iter(cells.values()))) + 1))
-    path = Path(table)
-    if not path.is_file():
-        raise FileNotFoundError(f"{path} is no file; give the path of a table of ring readings (CSV with a header)")
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise ValueError(f"{path} is no text; give a table of ring readings (CSV with a header)") from None
-    # Excel says its delimiter in a first line of its own.
-    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if not re.fullmatch(r"sep=.?", line.strip())]
-    rows = [(n, line) for n, line in lines if line.strip() and not line.lstrip().startswith("#")]
-    if len(rows) < 2:
-        raise ValueError(f"{path} holds no readings; give a header and one row a ring")
-    delimiter = max(",;\t", key=rows[0][1].count)
-    header, *body = csv.reader([line for _, line in rows], delimiter=delimiter)
-    names = [name.strip() for name in header]
-    names = [name.lower() if name.lower() in _NAMES and name.lower() not in names else name for name in names]
-    if twice := sorted({name for name in names if names.count(name) > 1}):
-        raise ValueError(f"{path}: the header names {', '.join(map(repr, twice))} twice; give each column one name")
-    if any(len(row) != len(names) for row in body):
-        bad = next(n for (n, _), row in zip(rows[1:], body, strict=True) if len(row) != len(names))
-        raise ValueError(f"{path}, line {bad}: its number of cells is not the header's {len(names)}")
-    if delimiter != ",":
-        body = [[cell.replace(",", ".") for cell in row] for row in body]
-    return {name: [row[k] for row in body] for k, name in enumerate(names)}, [n for n, _ in rows[1:]]
-
-
-def _size_columns(cells: Mapping[str, list]) -> list[str]:
-    names = [f"{kind}_{unit}" for kind in _KINDS for unit in _METRES]
-    return [name for name in names if all(part in cells for part in _columns_of(name))]
+    if any("position" in header.lower() for header in table_headers):
+        raise ValueError(
+            f"the table has no ring sizes; it has {listed}: positions of straight fringes, as of a wedge, give no "
+            "radius; for rings give left_mm with right_mm, diameter_mm or radius_mm"
+        )
+    raise ValueError(
+        f"the table has no ring sizes; it has {listed}; allowed: left_mm with right_mm, diameter_mm or radius_mm "
+        f"(or um, cm, m, px); {headers.size_advice(table_headers)}"
+    )
 
 
 def _columns_of(name: str) -> tuple[str, ...]:
@@ -136,43 +152,72 @@ def _columns_of(name: str) -> tuple[str, ...]:
     return (name, f"right_{unit}") if kind == "left" else (name,)
 
 
-def _numbers(column: list, name: str, lines: list[int]) -> np.ndarray:
-    values = []
-    for cell, line in zip(column, lines, strict=True):
-        text = str(cell).strip()
-        try:
-            values.append(float(text.replace("_", "?")) if text else math.nan)
-        except ValueError:
-            raise ValueError(f"line {line}, column {name}: {text!r} is no number") from None
-        if math.isinf(values[-1]):
-            raise ValueError(f"line {line}, column {name}: {text!r} is not finite")
-    return np.array(values)
-
-
-def _radius(numbers: Mapping[str, np.ndarray], name: str) -> np.ndarray:
-    parts = [numbers[part] for part in _columns_of(name)]
+def _radius(sizes: Mapping[str, np.ndarray], name: str) -> np.ndarray:
+    parts = [sizes[part] for part in _columns_of(name)]
     size = np.abs(parts[0] - parts[1]) if len(parts) == 2 else parts[0]
-    return size * _KINDS[name.split("_")[0]]
+    return size * _FACTORS[name.split("_")[0]]
 
 
-def _disagreement(cells, lines, name: str, secondary: str, complete: np.ndarray) -> list[str]:
+def _check_sizes(order: np.ndarray, radius: np.ndarray, name: str) -> None:
+    if np.any(radius < 0):
+        raise ValueError(f"{name} holds a negative size; allowed: zero or more")
+    is_beyond = (radius > _LARGEST_RADIUS) | ((radius > 0) & (radius < _SMALLEST_RADIUS))
+    if np.any(is_beyond) or np.any(np.abs(order) > _LARGEST_ORDER):
+        raise ValueError(f"order or {name} holds a number beyond all rings; check the columns and units")
+
+
+def _deviation_column(cells: Mapping, unnamed: Iterable[str], kind: str, unit: str) -> tuple[str, list[str]]:
+    """The column with the sizes' standard deviations, "" without one, and what is to be said of such columns."""
+    is_length = unit != "px"
+    units = (unit, *(candidate for candidate in headers.UNITS if (candidate != "px") == is_length), "")
+    candidates = ["_".join(filter(None, ["sd", of_kind, of_unit])) for of_unit in units for of_kind in ("", kind)]
+    name = next((candidate for candidate in candidates if candidate in cells), "")
+    read_from = " and ".join(_columns_of(f"{kind}_{unit}"))
+    notes = []
+    for header in unnamed:
+        of_header = headers.canonical(header)
+        if headers.is_deviation(header) and (of_header != name or not name):
+            notes.append(f"{header} was not used: the sizes are those of {read_from}")
+        elif of_header == name and name in ("sd", f"sd_{kind}"):
+            notes.append(f"{header} has no unit: taken in {unit}, as {read_from}")
+    return name, notes
+
+
+def _deviation(stated: np.ndarray, name: str, kind: str, unit: str) -> np.ndarray:
+    """Standard deviations of the radii. Raises ValueError for what are none."""
+    if np.any(stated <= 0) or stated.min() < 1e-9 * stated.max():
+        raise ValueError(f"{name} holds {stated.min():g}; allowed: above zero, and of one size")
+    stated_unit = name.split("_")[-1]
+    metres = _in_metres(stated_unit if stated_unit in headers.UNITS else unit)
+    return stated * metres * _FACTORS[kind] * (math.sqrt(2) if kind == "left" else 1)
+
+
+def _series(cells: Mapping[str, Sequence], used: np.ndarray) -> tuple[np.ndarray | None, tuple[str, ...]]:
+    """Number of the series of each reading, and the series' names, by their column; None without one."""
+    if "series" not in cells:
+        return None, ()
+    labels = [str(label).strip() for label, is_used in zip(cells["series"], used, strict=True) if is_used]
+    names = tuple(dict.fromkeys(labels))
+    numbered = {label: number for number, label in enumerate(names)}
+    return np.array([numbered[label] for label in labels], int), names
+
+
+def _disagreement(cells, lines, name: str, secondary: str, used: np.ndarray) -> list[str]:
     """That two columns tell different sizes, in the same unit or by a factor that is not the same for all rows."""
-    mine, theirs = (
-        _radius({part: _numbers(cells[part], part, lines) for part in _columns_of(column)}, column)[complete]
+    primary, second = (
+        _radius({part: numbers(cells[part], part, lines) for part in _columns_of(column)}, column)[used]
         for column in (name, secondary)
     )
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = theirs / mine
+        ratio = second / primary
     ratio = ratio[np.isfinite(ratio) & (ratio > 0)]
     if len(ratio) == 0:
         return []
-    mine_unit, their_unit = (_METRES[column.split("_")[1]] for column in (name, secondary))
+    unit, second_unit = (column.split("_")[1] for column in (name, secondary))
     # Against pixels only the common factor, the scale, is unknown.
-    factor = mine_unit / their_unit
-    if name.endswith("px") != secondary.endswith("px"):
+    factor = _in_metres(unit) / _in_metres(second_unit)
+    if (unit == "px") != (second_unit == "px"):
         factor = float(np.median(ratio))
-    elif name.endswith("px"):
-        factor = 1.0
     deviation = np.abs(ratio / factor - 1)
     if deviation.max() < _AGREE:
         return []

@@ -1,0 +1,91 @@
+"""Columns of a table: from a CSV file, or from what a program holds, to lists of cells by header."""
+
+import csv
+import math
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fitting.tables.headers import NAMES
+
+_WHAT = "give the path of a CSV file with a header, or columns by name such as {'order': [1, 2], 'diameter_mm': [3, 4]}"
+
+
+def columns_of(table: Any) -> tuple[dict[str, Sequence], list[int]]:
+    """Cells by header, and the line of the file (or the row) that each row stands on.
+
+    Raises FileNotFoundError, and ValueError for what is no table.
+    """
+    if isinstance(table, Mapping):
+        return _of_mapping(table)
+    if isinstance(table, str | Path):
+        return _of_file(Path(table))
+    raise ValueError(f"the table is of type {type(table).__name__}; {_WHAT}")
+
+
+def numbers(cells: Sequence, name: str, lines: Sequence[int]) -> np.ndarray:
+    """Cells as numbers, NaN for an empty one. Raises ValueError for text and infinities, with the line."""
+    values = np.empty(len(cells))
+    for row, (cell, line) in enumerate(zip(cells, lines, strict=True)):
+        text = str(cell).strip()
+        try:
+            values[row] = float(text.replace("_", "?")) if text else math.nan
+        except ValueError:
+            raise ValueError(f"line {line}, column {name}: {text[:40]!r} is no number; give a plain number") from None
+    if np.isinf(values).any():
+        row = int(np.flatnonzero(np.isinf(values))[0])
+        raise ValueError(f"line {lines[row]}, column {name}: {cells[row]!r} is not finite; give a plain number")
+    return values
+
+
+def _of_mapping(table: Mapping) -> tuple[dict[str, Sequence], list[int]]:
+    cells = {}
+    for name, values in table.items():
+        try:
+            column = np.atleast_1d(np.asarray(values))
+        except ValueError:
+            raise ValueError(f"column {name!r} is ragged: lists within a list; give one number for each row") from None
+        if column.ndim > 1:
+            raise ValueError(f"column {name!r} has the shape {column.shape}; give one number for each row")
+        cells[str(name)] = column.tolist()
+    lengths = {name: len(column) for name, column in cells.items()}
+    if not lengths:
+        raise ValueError(f"the table has no columns; {_WHAT}")
+    if len(set(lengths.values())) != 1:
+        stated = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise ValueError(f"the columns have different lengths ({stated}); give one number for each row")
+    return cells, list(range(1, next(iter(lengths.values())) + 1))
+
+
+def _of_file(path: Path) -> tuple[dict[str, Sequence], list[int]]:
+    if not path.is_file():
+        raise FileNotFoundError(f"{path} is no file; give the path of a table of ring readings (CSV with a header)")
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise ValueError(f"{path} is no text; give a table of ring readings (CSV with a header)") from None
+    # Excel says its delimiter in a first line of its own.
+    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if not re.fullmatch(r"sep=.?", line.strip())]
+    rows = [(n, line) for n, line in lines if line.strip() and not line.lstrip().startswith("#")]
+    if len(rows) < 2:
+        raise ValueError(f"{path} holds no readings; give a header and one row a ring")
+    delimiter = max(",;\t", key=rows[0][1].count)
+    try:
+        header, *body = csv.reader([line for _, line in rows], delimiter=delimiter)
+    except csv.Error as error:
+        raise ValueError(f"{path} is no CSV file ({error}); give a header and one row a ring") from None
+    if len(body) != len(rows) - 1:
+        raise ValueError(f"{path}: a quoted cell spans several lines; give one line a row")
+    names = [name.strip() for name in header]
+    names = [name.lower() if name.lower() in NAMES and name.lower() not in names else name for name in names]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise ValueError(f"{path}: the header names {', '.join(map(repr, twice))} twice; give each column one name")
+    if any(len(row) != len(names) for row in body):
+        bad = next(n for (n, _), row in zip(rows[1:], body, strict=True) if len(row) != len(names))
+        raise ValueError(f"{path}, line {bad}: its number of cells is not the header's {len(names)}")
+    if delimiter != ",":
+        body = [[cell.replace(",", ".") for cell in row] for row in body]
+    return {name: [row[k] for row in body] for k, name in enumerate(names)}, [n for n, _ in rows[1:]]

@@ -1,0 +1,51 @@
+"""Whether an answer makes sense: sizes of rings mistaken for others, and units for others."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from fitting.tables.headers import METRES
+
+# What lenses and lamps have [m]; beyond, a unit was mistaken.
+_SENSIBLE = {"radius": (1e-3, 1e3), "wavelength": (100e-9, 20e-6)}
+# Where no rough value is known, a proposal lies where most lenses and lamps are.
+_USUAL = {"radius": (5e-3, 100.0), "wavelength": (380e-9, 1100e-9)}
+_IN_WORDS = {"radius": "m", "wavelength": "m"}
+
+
+def doubts(measured: str, value: float, expected: float | None, column: str, unit: str) -> list[str]:
+    """Warnings on a radius or wavelength [m] that is not as expected, or not as any is, with what would explain it.
+
+    `column`: what sizes were read from; `unit`: in which unit.
+    """
+    if expected is None:
+        low, high = _SENSIBLE[measured]
+        if low <= value <= high:
+            return []
+        text = f"the {measured} of {value:.4g} m is beyond {low:g} to {high:g} m: check units and columns"
+        usual = _USUAL[measured]
+        slips = [(factor, words) for factor, words in _slips(column, unit) if usual[0] <= value * factor <= usual[1]]
+        slips.sort(key=lambda slip: abs(np.log(slip[0])))
+    else:
+        ratio = value / expected
+        slips = sorted(_slips(column, unit), key=lambda slip: abs(np.log(ratio * slip[0])))[:1]
+        if abs(np.log(ratio)) <= abs(np.log(ratio * slips[0][0])):
+            return []
+        text = f"the {measured} is {ratio:.2g} times the expected one"
+        slips = [slip for slip in slips if abs(np.log(ratio * slip[0])) < np.log(2)]
+    if slips:
+        factor, words = slips[0]
+        text += f": {words}; if so, the {measured} is {value * factor:.4g} {_IN_WORDS[measured]}"
+    return [f"{text} (name the column with columns or --column)"]
+
+
+def _slips(column: str, unit: str) -> Iterator[tuple[float, str]]:
+    """Factors of the answer, which goes with the square of the sizes, and what would be the reason."""
+    called, look = ("radii", "diameters") if column.startswith("radius") else ("diameters", "radii")
+    if not column.startswith("left"):
+        factor = 0.25 if called == "radii" else 4.0
+        yield factor, f"what the table calls {called} look like {look}"
+    for true_unit, metres in METRES.items() if unit in METRES else ():
+        if true_unit != unit:
+            factor = (metres / METRES[unit]) ** 2
+            yield factor, f"what the table calls {unit} looks like {true_unit}"
