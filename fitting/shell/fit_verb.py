@@ -124,11 +124,10 @@ def _arguments(given: Given) -> dict:
         "pixel_size_sd": given.pixel_size_sd,
         "radius": given.radius,
         "transfer": given.transfer,
-        "page": given.page,
     }
     if given.wavelength is not None and given.wavelength_sd is None:
         known["wavelength_sd"] = given.wavelength.sd
-    for name in ("plate_radius", "plate_radius_sd"):
+    for name in ("plate_radius", "plate_radius_sd", "page"):
         if getattr(given, name) is not None:
             known[name] = getattr(given, name)
     if given.mask is not None:
