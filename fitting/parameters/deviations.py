@@ -5,18 +5,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from newtonjax.scene import RELATIVE_SD
+
 if TYPE_CHECKING:
     from fitting.parameters.bench import Knob
 
 # A standard deviation: a number in the unit of what it belongs to, or a text such as "0.1%".
 Deviation = float | int | str
 Deviations = Mapping[str, Deviation]
+# What may be 0, and have a deviation all the same.
+_ABOUT_ZERO = ("angle",)
 
 
 def absolute_sd(name: str, sd: Deviation | None, value: Any) -> float | None:
     """The standard deviation of a given quantity, in its unit; None where there is none.
 
-    Raises ValueError for what is not a standard deviation, and for one of a quantity that is not given.
+    Raises ValueError for what is not a standard deviation, for one of a quantity that is not given, and for more than a
+    quarter of its value.
     """
     if sd is None:
         return None
@@ -25,11 +30,16 @@ def absolute_sd(name: str, sd: Deviation | None, value: Any) -> float | None:
         raise ValueError(f'{name}_sd is {sd}; allowed: zero or a positive number in SI units, or a text such as "0.1%"')
     if size and value is None:
         raise ValueError(f"{name}_sd is given without {name}; give both, or neither")
-    if not is_relative or value is None:
+    if value is None:
         return size
-    if size and not float(value):
+    if is_relative and size and not float(value):
         raise ValueError(f"{name}_sd is {sd} of {name}, which is 0; give {name}_sd in SI units")
-    return size * abs(float(value))
+    absolute = size * abs(float(value)) if is_relative else size
+    if name not in _ABOUT_ZERO and absolute > RELATIVE_SD * abs(float(value)):
+        raise ValueError(
+            f"{name}_sd is {sd} of {name}, {float(value):g}; allowed: up to a quarter of it; check the units"
+        )
+    return absolute
 
 
 def relative_or_absolute_sd(knob: "Knob", sd: Deviation) -> tuple[bool, float]:

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from newtonjax.scene import INDEX, PIXEL_SIZE, RADIUS, WAVELENGTH
+
 _ANY = (float("-inf"), float("inf"))
 
 
@@ -33,19 +35,19 @@ class ParameterSpec:
 
 
 _SPECS = (
-    ParameterSpec("radius", "R", "m", (1e-6, 1e6), True, "a lens of better known radius"),
+    ParameterSpec("radius", "R", "m", RADIUS[:2], True, "a lens of better known radius"),
     ParameterSpec(
-        "wavelength", "λ", "m", (1e-9, 1e-3), True,
+        "wavelength", "λ", "m", WAVELENGTH[:2], True,
         "a spectral line instead of a lamp's band, or its catalogued value",
     ),
     ParameterSpec(
-        "pixel_size", "s", "m", (1e-9, 1e-1), True,
+        "pixel_size", "s", "m", PIXEL_SIZE[:2], True,
         "a reticle with finer or better known divisions, over more of the field (newtonjax scale)",
     ),
-    ParameterSpec("gap_index", "n", "", (0.1, 10.0), True, "a measured index of what fills the gap"),
-    ParameterSpec("lens_index", "n", "", (0.1, 10.0), True),
-    ParameterSpec("plate_index", "n", "", (0.1, 10.0), True),
-    ParameterSpec("plate_radius", "R", "m", (1e-6, 1e6), False, "a plate of better known radius, or a flat one"),
+    ParameterSpec("gap_index", "n", "", INDEX[:2], True, "a measured index of what fills the gap"),
+    ParameterSpec("lens_index", "n", "", INDEX[:2], True),
+    ParameterSpec("plate_index", "n", "", INDEX[:2], True),
+    ParameterSpec("plate_radius", "R", "m", RADIUS[:2], False, "a plate of better known radius, or a flat one"),
     ParameterSpec("gap", "t", "m"),
     ParameterSpec("centre_x", "x", "px"),
     ParameterSpec("centre_y", "y", "px"),

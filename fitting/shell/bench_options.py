@@ -68,7 +68,7 @@ def _shown(name: str) -> str:
 def _reader(argument: Argument) -> Callable[[str], Any]:
     """From the text of an option to a value in SI units."""
     if argument.kind == "length":
-        return quantities.positive_length if argument.test == "positive" else quantities.length
+        return quantities.positive_length if argument.test in ("wavelength", "thickness") else quantities.length
     readers = {
         "wavelength": lamps.wavelength,
         "screen": _screen,

@@ -5,8 +5,13 @@ this table. No JAX here: the shell's `--help` reads it.
 from collections.abc import Iterable
 from typing import Any, Literal, NamedTuple
 
+from newtonjax.scene import HEIGHT, INDEX, RADIUS, THICKNESS, TILT, WAVELENGTH
+
 Kind = Literal["length", "wavelength", "screen", "angle", "angles", "index", "fraction", "view", "names"]
-Test = Literal["finite", "positive", "nonzero", "steep", "pair", "view", "screen", "names", "fraction"]
+Test = Literal[
+    "finite", "radius", "wavelength", "index", "height", "thickness", "tilt", "tilts", "angles", "view", "screen",
+    "names", "fraction",
+]  # fmt: skip
 
 
 class Argument(NamedTuple):
@@ -33,41 +38,42 @@ class Argument(NamedTuple):
 
 _RINGS, _WEDGE = ("newton_rings",), ("air_wedge",)
 _ANGLES = "two finite angles in radians, about x and about y"
-_INDEX = "a positive refractive index"
+_TILTS = f"two angles about x and about y, {TILT.words}"
+_INDEX = f"a positive refractive index, {INDEX.words}"
 _SCREEN = "a distance in metres, or 'gap'"
-_THICKNESS = "a positive thickness in metres"
+_THICKNESS = f"a positive thickness, {THICKNESS.words}"
 _SCREEN_HELP = "Distance of the screen behind the glass, or gap: a microscope focused on the gap."
 
 # In the order of the Python signatures.
 ARGUMENTS = (
     Argument("radius", "length", 1.0, "1m", "Radius of the lens's convex face, negative for a concave one.",
-             "a non-zero radius in metres (infinite for a plane)", "nonzero", _RINGS),
+             f"a non-zero radius, {RADIUS.words}; infinite for a plane", "radius", _RINGS),
     Argument("angle", "angle", 1e-4, "0.1mrad", "Angle of the wedge.",
-             "an angle between -1.5 and 1.5 rad", "steep", _WEDGE),
+             f"an angle {TILT.words}", "tilt", _WEDGE),
     Argument("wavelength", "wavelength", 589.3e-9, "589.3nm", "Vacuum wavelength.",
-             "a positive length in metres", "positive"),
+             f"a positive length, {WAVELENGTH.words}", "wavelength"),
     Argument("gap", "length", 0.0, "0nm", "Gap at the apex, or on the wedge's axis; 0 is contact.",
-             "a finite height in metres", "finite"),
+             f"a finite height, {HEIGHT.words}", "height"),
     Argument("view", "view", "reflected", "reflected", "The side that the light is seen on: transmitted or reflected.",
              "'transmitted' or 'reflected'", "view"),
     Argument("screen", "screen", "gap", "gap", _SCREEN_HELP, _SCREEN, "screen", _RINGS),
     Argument("screen", "screen", 1e-3, "1mm", _SCREEN_HELP, _SCREEN, "screen", _WEDGE),
     Argument("lens_index", "index", 1.5, "1.5", "Refractive index of the lens, or of the upper plate of a wedge.",
-             _INDEX, "positive"),
+             _INDEX, "index"),
     Argument("plate_index", "index", 1.5, "1.5", "Refractive index of the plate, the lower one of a wedge.",
-             _INDEX, "positive"),
-    Argument("gap_index", "index", 1.0, "1", "Refractive index of what fills the gap.", _INDEX, "positive"),
-    Argument("ambient_index", "index", 1.0, "1", "Refractive index of the surroundings.", _INDEX, "positive"),
+             _INDEX, "index"),
+    Argument("gap_index", "index", 1.0, "1", "Refractive index of what fills the gap.", _INDEX, "index"),
+    Argument("ambient_index", "index", 1.0, "1", "Refractive index of the surroundings.", _INDEX, "index"),
     Argument("lens_thickness", "length", 5e-3, "5mm", "Thickness of the lens on its axis.",
-             _THICKNESS, "positive", _RINGS),
-    Argument("plate_thickness", "length", 5e-3, "5mm", "Thickness of the plate.", _THICKNESS, "positive", _RINGS),
-    Argument("thickness", "length", 5e-3, "5mm", "Thickness of both plates.", _THICKNESS, "positive", _WEDGE),
+             _THICKNESS, "thickness", _RINGS),
+    Argument("plate_thickness", "length", 5e-3, "5mm", "Thickness of the plate.", _THICKNESS, "thickness", _RINGS),
+    Argument("thickness", "length", 5e-3, "5mm", "Thickness of both plates.", _THICKNESS, "thickness", _WEDGE),
     Argument("lens_tilt", "angles", (0.0, 0.0), "none", "Rotations of the lens about its apex, about x and y.",
-             _ANGLES, "pair", _RINGS),
+             _TILTS, "tilts", _RINGS),
     Argument("plate_tilt", "angles", (0.0, 0.0), "none", "Rotations of the plate about the origin, about x and y.",
-             _ANGLES, "pair", _RINGS),
+             _TILTS, "tilts", _RINGS),
     Argument("light_tilt", "angles", (0.0, 0.0), "none", "Rotations of the light's direction about x and y.",
-             _ANGLES, "pair"),
+             _ANGLES, "angles"),
     Argument("polarization", "angle", None, "unpolarized", "Linear polarization from x towards y.",
              "a finite angle in radians, or None for unpolarized light", "finite"),
     Argument("polarization_degree", "fraction", None, "1 with a polarization", "Degree of polarization.",
@@ -76,10 +82,10 @@ ARGUMENTS = (
              "Beams that meet, by their reflections at the faces (numbered from 0 on, as light meets them).",
              "a sequence of names or words, such as ('R1', 'R2')", "names"),
     Argument("shield", "length", None, "none", "Radius of a round hole in a shield where the light leaves.",
-             "a positive radius in metres, or None", "positive"),
+             f"a positive radius, {THICKNESS.words}, or None", "thickness"),
     Argument("collecting_lens", "length", None, "none",
              "Focal length of a lens that images the gap on a screen at least four times as far away.",
-             "a positive focal length in metres, or None", "positive"),
+             f"a positive focal length, {THICKNESS.words}, or None", "thickness"),
 )  # fmt: skip
 BENCHES = ("newton_rings", "air_wedge")
 # What arguments were called before, and what they are now.

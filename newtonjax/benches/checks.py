@@ -8,17 +8,22 @@ from typing import ParamSpec
 import numpy as np
 
 from newtonjax.benches.arguments import Argument, arguments_of, refuse_old_names
-from newtonjax.numerics import finite, positive, require, require_pair, shown
-from newtonjax.scene import Scene
+from newtonjax.numerics import finite, is_real, require, require_pair, shown
+from newtonjax.scene import DISTANCE, HEIGHT, INDEX, RADIUS, THICKNESS, TILT, WAVELENGTH, Scene
 
 _Parameters = ParamSpec("_Parameters")
 _TESTS = {
     "finite": finite,
-    "positive": positive,
-    "nonzero": lambda value: np.all((value != 0) & ~np.isnan(value)),
-    "steep": lambda value: np.all(np.abs(value) < 1.5),
-    "screen": finite,
-    "fraction": lambda value: np.all((value >= 0) & (value <= 1)),
+    # A plane has no end of a radius.
+    "radius": lambda value: RADIUS.holds(np.abs(value)) | np.isinf(value),
+    "wavelength": WAVELENGTH.holds,
+    "index": INDEX.holds,
+    "height": HEIGHT.holds,
+    "thickness": THICKNESS.holds,
+    "tilt": TILT.holds,
+    "tilts": TILT.holds,
+    "screen": DISTANCE.holds,
+    "fraction": lambda value: (value >= 0) & (value <= 1),
 }
 
 
@@ -41,8 +46,10 @@ def _check(argument: Argument, value) -> None:
         return
     if value is None or isinstance(value, bool):
         raise _refusal(argument, value)
-    if argument.test == "pair":
+    if argument.test in ("tilts", "angles"):
         require_pair(argument.name, value)
+        if argument.test == "tilts":
+            require(argument.name, value, argument.allowed, _TESTS["tilts"])
     elif argument.test == "view":
         if not (isinstance(value, str) and value in ("transmitted", "reflected")):
             raise _refusal(argument, value)
@@ -50,6 +57,8 @@ def _check(argument: Argument, value) -> None:
         if isinstance(value, str):
             raise _refusal(argument, value)
     elif not (argument.test == "screen" and isinstance(value, str) and value == "gap"):
+        if not is_real(value):
+            raise _refusal(argument, value)
         require(argument.name, value, argument.allowed, _TESTS[argument.test])
 
 

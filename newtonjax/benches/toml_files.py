@@ -85,8 +85,7 @@ class SceneFields(msgspec.Struct):
 def _type_of(argument: Argument) -> Any:
     """What TOML may hold for an argument of a bench."""
     by_kind = {"view": str, "screen": float | str, "angles": Two, "names": tuple[str, ...]}
-    number = Positive if argument.test == "positive" else float
-    kind = by_kind.get(argument.kind, number)
+    kind = by_kind.get(argument.kind, float)
     return kind | None if argument.default is None else kind
 
 

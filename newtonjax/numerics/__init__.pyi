@@ -26,6 +26,7 @@ from newtonjax.numerics.quantities import as_vector as as_vector
 from newtonjax.numerics.quantities import finite as finite
 from newtonjax.numerics.quantities import functions as functions
 from newtonjax.numerics.quantities import is_concrete as is_concrete
+from newtonjax.numerics.quantities import is_real as is_real
 from newtonjax.numerics.quantities import module_of as module_of
 from newtonjax.numerics.quantities import namespace as namespace
 from newtonjax.numerics.quantities import positive as positive

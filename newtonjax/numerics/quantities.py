@@ -1,5 +1,6 @@
 """What a number may be: a Python float, a NumPy or JAX array, or a traced value."""
 
+import numbers
 from typing import Any
 
 import jax
@@ -47,8 +48,20 @@ def as_scalar(value):
 def _unwrap(value):
     if isinstance(value, str):
         raise ValueError(f"{value!r} is no number; allowed: numbers in SI units")
+    if not is_real(value):
+        raise ValueError(f"{shown(value)} is no number; allowed: numbers in SI units")
     # A batch of scenes has arrays where one scene has numbers: those pass through.
     return float(value) if np.ndim(value) == 0 else value
+
+
+def is_real(value) -> bool:
+    """Whether it is a real number, an array of such, or traced; texts, complex numbers, lists and None are none."""
+    if isinstance(value, Tracer | Jet):
+        return True
+    kind = getattr(value, "dtype", None)
+    if kind is None:
+        return isinstance(value, numbers.Real)
+    return any(bool(jnp.issubdtype(kind, family)) for family in (np.bool_, np.integer, np.floating))
 
 
 def as_vector(values) -> Any:
@@ -82,7 +95,7 @@ def as_complex(value: Float[Any, "..."]) -> Complex[Any, "..."]:
 
 def require(name: str, value, allowed: str, test) -> None:
     """Raise ValueError when a concrete value fails its test; a traced one passes."""
-    if isinstance(value, str):
+    if isinstance(value, str | bytes | complex) or jnp.issubdtype(getattr(value, "dtype", float), np.complexfloating):
         raise ValueError(f"{name} is {value!r}; allowed: {allowed}")
     if not is_concrete(value) or not _numeric(value):
         return  # traced, or a placeholder with which a transformation rebuilds a module

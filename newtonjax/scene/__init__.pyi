@@ -35,6 +35,15 @@ from newtonjax.scene.light import irradiance as irradiance
 from newtonjax.scene.light import launch_frame as launch_frame
 from newtonjax.scene.light import mutual as mutual
 from newtonjax.scene.light import shares as shares
+from newtonjax.scene.limits import DISTANCE as DISTANCE
+from newtonjax.scene.limits import HEIGHT as HEIGHT
+from newtonjax.scene.limits import INDEX as INDEX
+from newtonjax.scene.limits import PIXEL_SIZE as PIXEL_SIZE
+from newtonjax.scene.limits import RADIUS as RADIUS
+from newtonjax.scene.limits import RELATIVE_SD as RELATIVE_SD
+from newtonjax.scene.limits import THICKNESS as THICKNESS
+from newtonjax.scene.limits import TILT as TILT
+from newtonjax.scene.limits import WAVELENGTH as WAVELENGTH
 from newtonjax.scene.scene import Scene as Scene
 from newtonjax.scene.scene import choose_beams as choose_beams
 from newtonjax.scene.surfaces import Direction as Direction

@@ -6,7 +6,8 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Complex, Float
 
-from newtonjax.numerics import Scalar, Vector2, as_complex, as_scalar, as_vector, finite, namespace, positive, require
+from newtonjax.numerics import Scalar, Vector2, as_complex, as_scalar, as_vector, finite, namespace, require
+from newtonjax.scene.limits import WAVELENGTH
 from newtonjax.scene.surfaces import Direction, frame
 
 
@@ -32,7 +33,7 @@ class Light(eqx.Module):
     degree: Scalar | None = None
 
     def __check_init__(self):
-        require("wavelength", self.wavelength, "a positive length in metres", positive)
+        require("wavelength", self.wavelength, f"a positive length, {WAVELENGTH.words}", WAVELENGTH.holds)
         require("light.tilt", self.tilt, "finite angles in radians", finite)
         require(
             "light.tilt", self.tilt, "angles whose light comes from above: both below π/2 = 1.5708 in size", _from_above

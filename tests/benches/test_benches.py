@@ -57,9 +57,16 @@ def test_a_microscope_on_the_gap_focuses_where_the_glass_shows_it():
         ({"beams": "R1"}, "beams is 'R1'; allowed: a sequence of names"),
         ({"light_tilt": 0.1}, "light_tilt is 0.1; allowed: two angles"),
         ({"view": "above"}, "view is 'above'; allowed: 'transmitted' or 'reflected'"),
+        ({"radius": 1e-6}, r"radius is 1e-06; allowed: a non-zero radius, 10 um to 100 km"),
+        ({"radius": -2e5}, r"radius is -200000.0; allowed: a non-zero radius, 10 um to 100 km"),
+        ({"radius": [1.0, 2.0]}, r"radius is \[1.0, 2.0\]; allowed: a non-zero radius"),
+        ({"wavelength": 589.3}, "wavelength is 589.3; allowed: a positive length, 10 nm to 1 mm"),
+        ({"lens_index": 1 + 0.1j}, r"lens_index is \(1\+0.1j\); allowed: a positive refractive index, 0.1 to 10"),
+        ({"lens_tilt": (45, 0)}, r"lens_tilt is \(45, 0\); allowed: two angles .* below 45 degrees"),
         ({"lens_index": -1.5}, "lens_index is -1.5; allowed: a positive refractive index"),
     ],
 )
+@pytest.mark.usefixtures("untyped")
 def test_a_bench_that_cannot_be_is_refused_with_field_value_and_allowed(given, message):
     with pytest.raises(ValueError, match=message):
         nj.newton_rings(**given)

@@ -1,5 +1,7 @@
 """At the ends of what a bench can be: dark, found, refused or said; all of them in `extremes.py`."""
 
+from dataclasses import replace
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -8,6 +10,7 @@ from compilations import QUICKLY
 
 import newtonjax as nj
 from newtonjax.fields import fields_at
+from newtonjax.scene import frame
 
 TINY = nj.Camera((3, 3), 1e-3)
 
@@ -21,7 +24,12 @@ def test_light_from_below_is_refused(tilt):
 
 @pytest.mark.parametrize("view", ["transmitted", "reflected"])
 def test_rays_that_would_run_backwards_are_dark(view):
-    turned = nj.newton_rings(2.0, 500e-9, 1e-6, view, lens_tilt=(3.0, 0.0), screen=1e-3)
+    """A lens upside down, which no ready bench has."""
+    bench = nj.newton_rings(2.0, 500e-9, 1e-6, view, screen=1e-3)
+    axis = frame((3.0, 0.0))[2]
+    flat, convex = (replace(surface, tilt=(3.0, 0.0)) for surface in bench.surfaces[:2])
+    flat = replace(flat, vertex=convex.vertex + 5e-3 * axis)
+    turned = replace(bench, surfaces=(flat, convex, *bench.surfaces[2:]))
     assert not np.asarray(nj.render(turned, TINY, nj.Traced())).any()
     assert isinstance(nj.plan(turned, TINY).method, nj.Traced)
 
