@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Complex, Float, Int
 
-from newtonjax.numerics import Scalar, as_complex, cos_turns, module_of, sin_turns
+from newtonjax.numerics import as_complex, cos_turns, module_of, sin_turns
 from newtonjax.rays import Arrival, arrive_all, gather
-from newtonjax.scene import Scene, irradiance, itinerary, mutual, shares
+from newtonjax.scene import Scene, Source, itinerary, source_of
 
 
 class Fields(NamedTuple):
@@ -43,25 +43,21 @@ def arrivals_at(scene: Scene, points: Float[Array | np.ndarray, "n 2"]) -> Arriv
 def fields_at(scene: Scene, points: Float[Array | np.ndarray, "n 2"]) -> Fields:
     """The fields of a scene at points of its screen [m], every ray traced."""
     couples = np.array(pairs(scene), dtype=int).reshape(-1, 2)
-    return combine(arrivals_at(scene, points), couples, scene.wavelength, shares(scene.light))
+    return combine(arrivals_at(scene, points), couples, source_of(scene.light))
 
 
-def combine(
-    beams: Arrival, pairs: Int[Any, "pairs 2"], wavelength: Scalar, weights: Float[Array | np.ndarray, "2"]
-) -> Fields:
-    """The fields of beams at points [beams, n]; NumPy makes NumPy.
-
-    `pairs` [pairs, 2]: which interfere, see `pairs`; `weights`: the shares of the polarization components.
-    """
+def combine(beams: Arrival, pairs: Int[Any, "pairs 2"], source: Source) -> Fields:
+    """The fields of beams at points [beams, n]; NumPy makes NumPy. `pairs` [pairs, 2]: which interfere, see `pairs`."""
     xp = module_of(beams.path)
     first, second = pairs[:, 0], pairs[:, 1]
-    path = (beams.path[second] - beams.path[first]) / wavelength
-    longest = xp.abs(beams.path).max(axis=0) / wavelength
+    mutual = source.mutual(beams.field[first], beams.field[second])
+    envelope, turns = source.fringes(mutual, beams.path[second] - beams.path[first])
+    longest = xp.abs(beams.path).max(axis=0) / source.wavelength
     rounding = 8 * xp.finfo(longest.dtype).eps * longest
     return Fields(
-        background=irradiance(weights, beams.field).sum(axis=0),
-        envelope=mutual(weights, beams.field[first], beams.field[second]),
-        phase=path - (beams.quarter_turns[second] - beams.quarter_turns[first]) / 4,
+        background=source.irradiance(beams.field).sum(axis=0),
+        envelope=envelope,
+        phase=turns - (beams.quarter_turns[second] - beams.quarter_turns[first]) / 4,
         rounding=rounding if xp is np else jax.lax.stop_gradient(rounding),
         arrives=beams.arrives.all(axis=0),
     )

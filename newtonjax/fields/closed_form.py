@@ -7,7 +7,7 @@ from jaxtyping import Float
 from newtonjax.fields.at_points import Fields
 from newtonjax.numerics import as_complex, module_of, namespace
 from newtonjax.rays import amplitudes
-from newtonjax.scene import Profile, Scene, Surface, gap_opd, itinerary
+from newtonjax.scene import Profile, Scene, Surface, gap_opd, itinerary, source_of
 
 
 def axis_amplitude(scene: Scene, word: str) -> Float[Any, ""]:
@@ -28,12 +28,13 @@ def axis_amplitude(scene: Scene, word: str) -> Float[Any, ""]:
 def closed_fields(scene: Scene, x: Float[Any, "..."], y: Float[Any, "..."], profile: Profile = Surface.sag) -> Fields:
     """The fields of equal-thickness fringes at points (x, y) of the gap [m]; constant amplitudes."""
     short, long = (axis_amplitude(scene, word) for word in sorted(scene.beams, key=len))
-    phase = gap_opd(scene, x, y, profile) * (1 / scene.wavelength)  # one division, not one per pixel
-    xp = module_of(phase)
-    ones = xp.ones((1,) * phase.ndim)
+    path = gap_opd(scene, x, y, profile)
+    xp = module_of(path)
+    ones = xp.ones((1,) * path.ndim)
+    envelope, phase = source_of(scene.light).fringes(as_complex(2 * short * long * ones), path)
     return Fields(
         background=(short**2 + long**2) * ones,
-        envelope=as_complex(2 * short * long * ones[None]),
+        envelope=envelope[None],
         phase=phase[None],
         rounding=xp.zeros_like(ones),
         arrives=ones > 0,

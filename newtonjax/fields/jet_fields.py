@@ -28,7 +28,7 @@ from newtonjax.rays import (
     reflected,
     transmitted,
 )
-from newtonjax.scene import REFLECT, Camera, Scene, itinerary, middle, shares
+from newtonjax.scene import REFLECT, Camera, Scene, Source, itinerary, middle, source_of
 from newtonjax.scene import corners as _corners
 
 _STEPS = 25
@@ -37,13 +37,12 @@ _STEPS = 25
 class Courses(NamedTuple):
     """A bench of two beams for `fields`: what each beam meets, and what they share; numbers [..., benches, 1].
 
-    `routes`: by beam its interactions one by one, the longer beam second. `shares`: of the polarization components.
+    `routes`: by beam its interactions one by one, the longer beam second.
     """
 
     routes: tuple[list[Route], list[Route]]
     setting: Setting
-    wavelength: Any
-    shares: Any
+    source: Source
 
 
 class JetFields(NamedTuple):
@@ -95,8 +94,9 @@ def courses(scenes: Sequence[Scene]) -> Courses:
         return [stop(beam, k) for k in range(len(itinerary(scene.beams[beam], len(scene.surfaces)).surface))]
 
     setting = jax.tree.map(beside, *(setting for _, setting in gathered))
+    source = source_of(scene.light)
     wavelength = beside(*(jets.asarray(scene.wavelength) for scene in scenes))
-    return Courses((stops(first), stops(second)), setting, wavelength, shares(scene.light))
+    return Courses((stops(first), stops(second)), setting, source._replace(wavelength=wavelength))
 
 
 def at_nodes(benches: Sequence[tuple[Scene, Camera]], count: int, levels: int) -> JetFields:
@@ -119,12 +119,14 @@ def fields(bench: Courses, points: Jet) -> JetFields:
     # What a ray that does not land computes is left out afterwards.
     with np.errstate(all="ignore"):
         first, second = (_arrive(route, bench.setting, points) for route in bench.routes)
-        path = (second.path - first.path) / bench.wavelength
-        longest = np.maximum(abs(first.path.value), abs(second.path.value)) / value_of(bench.wavelength)
+        shares = bench.source.shares
+        mutual = 2 * _weighted(second.field * first.field.conj(), shares)
+        envelope, turns = bench.source.fringes(mutual, second.path - first.path)
+        longest = np.maximum(abs(first.path.value), abs(second.path.value)) / value_of(bench.source.wavelength)
         return JetFields(
-            background=_weighted(_square(first.field) + _square(second.field), bench.shares),
-            envelope=2 * _weighted(second.field * first.field.conj(), bench.shares),
-            phase=path - (second.quarter_turns - first.quarter_turns) / 4,
+            background=_weighted(_square(first.field) + _square(second.field), shares),
+            envelope=envelope,
+            phase=turns - (second.quarter_turns - first.quarter_turns) / 4,
             rounding=8 * np.finfo(float).eps * longest,
             arrives=first.arrives & second.arrives,
         )

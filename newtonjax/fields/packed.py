@@ -12,13 +12,13 @@ from typing import NamedTuple
 
 import jax
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Float, Int
 
 from newtonjax.fields.at_points import Fields, combine, pairs
 from newtonjax.fields.smoothness import smooth
-from newtonjax.numerics import Scalar, module_of, x64
+from newtonjax.numerics import module_of, x64
 from newtonjax.rays import Arrival, Route, Setting, arrive_all, arrive_without_derivative, gather
-from newtonjax.scene import Camera, Scene, corners, irradiance, node_points, shares
+from newtonjax.scene import Camera, Scene, Source, corners, node_points, source_of
 
 # Beams and points of one call: 5 x 5 nodes or 17 x 17, each with the frame's corners. A small call costs what it takes
 # to start its many loops, which two beams share; a large one what its rays cost.
@@ -35,15 +35,13 @@ class Packed(NamedTuple):
 
     - `routes`: of the beams in order, [beams, interactions]; interactions padded to 8, 16, 32, ... with rests.
     - `setting`: what the beams share.
-    - `wavelength`: in vacuum [m].
-    - `shares`: of the two polarization components in the irradiance, [2].
+    - `source`: of the light.
     - `pairs`: indices of the beams that interfere, [pairs, 2], as `fields.pairs`.
     """
 
     routes: Route
     setting: Setting
-    wavelength: Scalar
-    shares: Float[Array | np.ndarray, "2"]
+    source: Source
     pairs: Int[np.ndarray, "pairs 2"]
 
 
@@ -56,8 +54,7 @@ def pack(scene: Scene) -> Packed:
     return Packed(
         routes,
         jax.tree.map(xp.array, setting),
-        xp.asarray(scene.wavelength, dtype=float),
-        xp.asarray(shares(scene.light)),
+        jax.tree.map(lambda number: xp.asarray(number, dtype=float), source_of(scene.light)),
         np.array(pairs(scene), dtype=int).reshape(-1, 2),
     )
 
@@ -118,7 +115,7 @@ def with_beams(packed: Packed, arrival: Arrival, chosen: list[int]) -> tuple[Pac
 
 def node_fields(packed: Packed, arrival: Arrival) -> Fields:
     """The fields that the beams make at points [beams, n]; NumPy makes NumPy."""
-    return combine(arrival, packed.pairs, packed.wavelength, packed.shares)
+    return combine(arrival, packed.pairs, packed.source)
 
 
 @partial(jax.jit, compiler_options=OPTIONS)
@@ -126,13 +123,13 @@ def coefficients_and_changes(numbers, changes, words, pairs):
     """The coefficients of a bench's fields, and their changes with changes of its numbers along a first axis."""
 
     def of(numbers):
-        routes, setting, wavelength, weights, points = numbers
+        routes, setting, source, points = numbers
         routes = routes._replace(action=words[0], down=words[1])
-        return smooth(combine(arrive_all(routes, setting, points), pairs, wavelength, weights)).coefficients
+        return smooth(combine(arrive_all(routes, setting, points), pairs, source)).coefficients
 
     return jax.vmap(lambda change: jax.jvp(of, (numbers,), (change,)), out_axes=(None, 0))(changes)
 
 
 def peak_amplitudes(bench: Packed, beams: Arrival) -> Float[np.ndarray, " beams"]:
     """Largest amplitude of each beam, of incident light of irradiance 1."""
-    return np.sqrt(irradiance(bench.shares, beams.field).max(axis=1))
+    return np.sqrt(bench.source.irradiance(beams.field).max(axis=1))

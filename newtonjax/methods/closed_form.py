@@ -17,6 +17,7 @@ from newtonjax.scene import (
     Camera,
     Gap,
     Scene,
+    Source,
     Surface,
     focus_height,
     gap_between,
@@ -24,6 +25,7 @@ from newtonjax.scene import (
     gap_opd,
     is_known_nonzero,
     node_points,
+    source_of,
 )
 
 # Passes of a cosine that a pixel costs.
@@ -65,10 +67,10 @@ class ClosedForm(AbstractMethod):
         x, y = camera.axes()
         x, y = x[None, :], y[:, None]
         fields = closed_fields(scene, x[:, :1], y[:1])  # of a pixel: all have its amplitudes
-        background, envelope = fields.background, fields.envelope[0].real
+        background, envelope, source = fields.background, fields.envelope[0].real, source_of(scene.light)
         if jnp.result_type(float) == jnp.float32:
             return background + envelope * cos_turns(closed_turns(scene, camera))
-        return _equal_thickness(gap_between(scene), scene.wavelength, background, envelope, x, y)
+        return _equal_thickness(gap_between(scene), source, background, envelope, x, y)
 
     def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
         x, y = camera.axes()
@@ -99,12 +101,13 @@ class ClosedForm(AbstractMethod):
 
 
 @jax.jit
-def _equal_thickness(gap: Gap, wavelength, background, envelope, x, y) -> Float[Array, "rows columns"]:
+def _equal_thickness(gap: Gap, source: Source, background, envelope, x, y) -> Float[Array, "rows columns"]:
     """Fringes of equal thickness: a program for every shape, not for every bench."""
 
     def image(profile):
-        # One division, not one per pixel. The envelope is real: no sine, which would cost as much as the cosine.
-        return background + envelope * cos_turns(gap.opd(x, y, profile) * (1 / wavelength))
+        # The envelope is real: no sine, which would cost as much as the cosine.
+        faded, turns = source.fringes(envelope, gap.opd(x, y, profile))
+        return background + faded * cos_turns(turns)
 
     return jax.lax.cond(gap.is_shallow(x, y), lambda: image(Surface.shallow_sag), lambda: image(Surface.sag))
 

@@ -12,7 +12,7 @@ from newtonjax.fields import Packed
 from newtonjax.methods.wavelets import wavelet_opd
 from newtonjax.numerics import cos_turns, sin_turns
 from newtonjax.rays import Landing, Setting, carry_field, trace
-from newtonjax.scene import Camera, irradiance, middle, mutual
+from newtonjax.scene import Camera, middle
 
 # What a pair of rays of one node comes to; the order is that of `Sums.fates`.
 _PAIRED, _APART, _OUTSIDE, _LOST = range(4)
@@ -125,9 +125,8 @@ def _meet(bench: Packed, frame: _Frame, path: str, pairing: str, landings, field
     """What two rays of one node make: intensity, cell of the midpoint, and fate."""
     first, second = (jax.tree.map(lambda leaf, b=b: leaf[b], landings) for b in (j, k))
     opd, meeting, apart = pair_opd(path, bench.setting, first, second)
-    turns = opd / bench.wavelength
-    envelope = mutual(bench.shares, fields[j], fields[k])
-    background = irradiance(bench.shares, fields[j]) + irradiance(bench.shares, fields[k])
+    envelope, turns = bench.source.fringes(bench.source.mutual(fields[j], fields[k]), opd)
+    background = bench.source.irradiance(fields[j]) + bench.source.irradiance(fields[k])
     value = background + envelope.real * cos_turns(turns) - envelope.imag * sin_turns(turns)
     alive = first.alive & second.alive
     cell, inside = _cell(frame, jnp.where(alive, meeting, 0.0))

@@ -21,7 +21,7 @@ def largest_error(bench: Packed, camera: Camera, rule: Rule, points, starts: Flo
 
     `starts`: where on the source to begin the search, by beam [m].
     """
-    sizes = np.array([rule.reach(camera), camera.pixel_size, bench.wavelength])
+    sizes = np.array([rule.reach(camera), camera.pixel_size, bench.source.wavelength])
     worst, looked = 0.0, False
     for j, k in bench.pairs:
         first, second = (jax.tree.map(lambda leaf, b=b: leaf[b], bench.routes) for b in (j, k))

@@ -30,11 +30,10 @@ from newtonjax.scene.gap import has_tilted_sphere as has_tilted_sphere
 from newtonjax.scene.gap import is_known_nonzero as is_known_nonzero
 from newtonjax.scene.gap import required_gap as required_gap
 from newtonjax.scene.light import Light as Light
+from newtonjax.scene.light import Source as Source
 from newtonjax.scene.light import field_at_launch as field_at_launch
-from newtonjax.scene.light import irradiance as irradiance
 from newtonjax.scene.light import launch_frame as launch_frame
-from newtonjax.scene.light import mutual as mutual
-from newtonjax.scene.light import shares as shares
+from newtonjax.scene.light import source_of as source_of
 from newtonjax.scene.limits import DISTANCE as DISTANCE
 from newtonjax.scene.limits import HEIGHT as HEIGHT
 from newtonjax.scene.limits import INDEX as INDEX

@@ -1,6 +1,6 @@
 """The source: collimated, monochromatic light of any state of polarization."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import numpy as np
@@ -64,9 +64,10 @@ def launch_frame(light: Light) -> tuple[Direction, Direction, Direction]:
 
 
 def field_at_launch(light: Light) -> Complex[Any, "3 2"]:
-    """Unit field vectors of two components, which do not interfere with each other; `shares` says how strong they are.
+    """Unit field vectors of two components, which do not interfere with each other.
 
-    NumPy for known numbers. Fully polarized light has a second component too, of share 0.
+    `Source.shares` says how strong they are. Fully polarized light has a second one too, of share 0. NumPy for known
+    numbers.
     """
     across_x, across_y, _ = launch_frame(light)
     xp = namespace(light)
@@ -81,32 +82,39 @@ def field_at_launch(light: Light) -> Complex[Any, "3 2"]:
     return xp.stack([along, aside], axis=1)
 
 
-def shares(light: Light) -> Float[Any, "2"]:
-    """Of the two components in the irradiance. NumPy for known numbers.
+class Source(NamedTuple):
+    """What fields need of the light; NumPy for known numbers. Another kind of light is another `fringes`.
 
-    Apart from the fields: their square roots have no derivative at full polarization.
+    - `wavelength`: in vacuum [m].
+    - `shares`: of the two polarization components in the irradiance, [2]. Apart from the fields: their square roots
+      have no derivative at full polarization.
     """
+
+    wavelength: Scalar
+    shares: Float[Any, "2"]
+
+    def irradiance(self, field: Complex[Any, "... 3 2"]) -> Float[Any, "..."]:
+        """The square of a field, summed over components with their shares.
+
+        Not |E|²: JAX's second derivative of that is 0 where a part of the field vanishes.
+        """
+        each = (field.real**2 + field.imag**2).sum(axis=-2)
+        return (each * self.shares).sum(axis=-1)
+
+    def mutual(self, first: Complex[Any, "... 3 2"], second: Complex[Any, "... 3 2"]) -> Complex[Any, "..."]:
+        """2 Second·First*, twice the mutual intensity of two fields, summed over components with their shares."""
+        each = (second * first.conj()).sum(axis=-2)
+        return 2 * (each * as_complex(self.shares)).sum(axis=-1)
+
+    def fringes(self, mutual, path: Float[Any, "..."]) -> tuple[Any, Float[Any, "..."]]:
+        """Envelope and phase [turns] of the fringes of two fields, the second a path [m] behind the first."""
+        return mutual, path * (1 / self.wavelength)  # one division, not one per pixel
+
+
+def source_of(light: Light) -> Source:
+    """The light's `Source`."""
     if light.polarization is None:
-        return np.array([0.5, 0.5])
+        return Source(light.wavelength, np.array([0.5, 0.5]))
     if light.degree is None:
-        return np.array([1.0, 0.0])
-    return namespace(light).stack([1 + light.degree, 1 - light.degree]) / 2
-
-
-def mutual(
-    weights: Float[Any, "2"],
-    first: Complex[Any, "... 3 2"],
-    second: Complex[Any, "... 3 2"],
-) -> Complex[Any, "..."]:
-    """2 Second·First*, the envelope of the fringes of two fields, summed over components with their shares."""
-    each = (second * first.conj()).sum(axis=-2)
-    return 2 * (each * as_complex(weights)).sum(axis=-1)
-
-
-def irradiance(weights: Float[Any, "2"], field: Complex[Any, "... 3 2"]) -> Float[Any, "..."]:
-    """The square of a field, summed over components with their shares.
-
-    Not |E|²: JAX's second derivative of that is 0 where a part of the field vanishes.
-    """
-    each = (field.real**2 + field.imag**2).sum(axis=-2)
-    return (each * weights).sum(axis=-1)
+        return Source(light.wavelength, np.array([1.0, 0.0]))
+    return Source(light.wavelength, namespace(light).stack([1 + light.degree, 1 - light.degree]) / 2)

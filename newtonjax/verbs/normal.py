@@ -110,8 +110,7 @@ def _known_nodes(bench, parameters: Float[Array, " parameters"], camera: Camera 
         values_of_bench = (
             packed.routes._replace(action=None, down=None),
             packed.setting,
-            packed.wavelength,
-            packed.shares,
+            packed.source,
             points,
         )
         return jax.tree.map(jnp.asarray, values_of_bench), words

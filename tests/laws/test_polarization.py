@@ -9,7 +9,7 @@ import pytest
 from compilations import QUICKLY
 
 import newtonjax as nj
-from newtonjax.scene import field_at_launch, irradiance, shares
+from newtonjax.scene import field_at_launch, source_of
 
 CAMERA = nj.Camera((20, 24), 10e-6)
 SPLAT = nj.Splat(step=4e-6, epsilon=1e-2)
@@ -62,7 +62,9 @@ def test_the_degree_of_polarization_interpolates_between_the_unpolarized_and_the
 def stokes(light):
     """S0 to S3 of the launched light, from the coherency matrix (Born and Wolf 10.9.3, eq. 64)."""
     field = np.asarray(field_at_launch(light))
-    matrix = sum(w * np.outer(column[:2], column[:2].conj()) for w, column in zip(shares(light), field.T, strict=True))
+    matrix = sum(
+        w * np.outer(column[:2], column[:2].conj()) for w, column in zip(source_of(light).shares, field.T, strict=True)
+    )
     (xx, xy), (yx, yy) = matrix
     return np.real([xx + yy, xx - yy, xy + yx, 1j * (yx - xy)])
 
@@ -93,7 +95,7 @@ def test_images_are_differentiable_in_the_state_at_its_ends_too():
 
 def test_the_launched_irradiance_is_one():
     for light in (nj.Light(1e-6), nj.Light(1e-6, polarization=0.3, degree=0.2), nj.Light(1e-6, polarization=1.0)):
-        assert float(irradiance(shares(light), field_at_launch(light))) == pytest.approx(1.0, abs=1e-15)
+        assert float(source_of(light).irradiance(field_at_launch(light))) == pytest.approx(1.0, abs=1e-15)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from newtonjax.fields import jet_fields, pairs, polar
 from newtonjax.fields.at_points import combine
 from newtonjax.numerics import Jet, jets, value_of
 from newtonjax.rays import arrive_all, gather
-from newtonjax.scene import Light, shares
+from newtonjax.scene import Light, source_of
 
 LEVELS = 3  # the launch plane's, then first and second derivatives
 POINTS = np.array([[0.0, 1e-3, -2e-3, 0.4e-3], [0.0, -1e-3, 0.5e-3, 2e-3]])
@@ -59,9 +59,9 @@ def expected(packed, numbers, tangents):
     _, with_others = split_off(packed)
 
     def fields(numbers):
-        routes, setting, wavelength, field, weights = with_others(numbers)
+        routes, setting, source, field = with_others(numbers)
         setting = setting._replace(field=jax.lax.complex(*field))
-        made = combine(arrive_all(routes, setting, jnp.asarray(POINTS.T)), np.array([[0, 1]]), wavelength, weights)
+        made = combine(arrive_all(routes, setting, jnp.asarray(POINTS.T)), np.array([[0, 1]]), source)
         return jnp.stack([made.background, made.envelope[0].real, made.envelope[0].imag, made.phase[0]])
 
     return jax.jvp(fields, (numbers,), (tangents,))
@@ -74,7 +74,7 @@ def packed_parts(scene):
     fields = (field.real, field.imag)
     order = np.array(pairs(scene)[0])
     routes = jax.tree.map(lambda part: part[order], routes)
-    return routes, setting._replace(field=np.zeros(0)), scene.wavelength, fields, shares(scene.light)
+    return routes, setting._replace(field=np.zeros(0)), source_of(scene.light), fields
 
 
 def directions(scene):
