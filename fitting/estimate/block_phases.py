@@ -8,7 +8,7 @@ import numpy as np
 
 from fitting.estimate.elimination import Fields
 from fitting.estimate.fringe_sums import PhaseAt, table_of
-from fitting.model import Frame, GapModel, SceneModel, as_arrays, gap_phase, localize
+from fitting.model import EDGES, Frame, GapModel, SceneModel, as_arrays, gap_phase, localize
 from fitting.parameters import NUMBERS, Numbers
 from fitting.photo import NODES, Grid
 
@@ -75,20 +75,21 @@ class GapFringes(AbstractFringes):
         return Fields(phase, np.stack([slopes[name] for name in NUMBERS], axis=1), frame.contrast)
 
     def edges(self, numbers: np.ndarray) -> PhaseAt | None:
-        by_name = Numbers(*numbers)
-        disc = by_name.contact * self.model.frame.unit**2
-        if not disc > 0:
+        by_name, unit2 = Numbers(*numbers), self.model.frame.unit**2
+        if not (rough := [name for name in EDGES if getattr(by_name, name) > 0]):
             return None
-        # Only the contact's own share has an edge, in r²: the nodes resolve both, and the rest of the phase.
-        frame, k = self.model.frame, by_name.curvature / self.model.frame.unit**2
-        touching = np.array(Numbers(*numbers)._replace(contact=0.0))
-        smooth = gap_phase.phase(self.model, frame.x, frame.y, touching) + self._shift * by_name.curvature
+        # Only what these numbers do has an edge, in r²: the nodes resolve that, and what else the phase is made of.
+        frame, k = self.model.frame, by_name.curvature / unit2
+        touching = by_name._replace(**dict.fromkeys(rough, 0.0))
+        smooth = gap_phase.phase(self.model, frame.x, frame.y, np.array(touching)) + self._shift * by_name.curvature
         table = table_of(smooth)
         square = table_of(gap_phase.squared_distance(self.model, frame.x, frame.y, numbers))
 
         def turns(grid: Grid, rows: slice) -> np.ndarray:
             along_y, along_x = grid.along_y[rows, :NODES], grid.along_x[:, :NODES].T
-            return along_y @ table @ along_x + k * gap_phase.flattened(along_y @ square @ along_x, disc)
+            r2 = along_y @ square @ along_x
+            share = gap_phase.flattened(r2, unit2, by_name) - gap_phase.flattened(r2, unit2, touching)
+            return along_y @ table @ along_x + k * share
 
         return turns
 

@@ -16,6 +16,7 @@ from jaxtyping import Float, Float64
 from fitting.photo import DEGREES, NODES, Grid, Reduced
 from newtonjax.numerics import chebyshev
 
+_ANALYSIS = chebyshev.analysis(NODES)
 _CHUNK = 64
 # Blocks from which on two threads share a pass; below, handing out costs as much as it gains.
 _SHARED = 500_000
@@ -59,8 +60,7 @@ PhaseAt = Callable[[Grid, slice], np.ndarray]
 
 def table_of(values: Float64[np.ndarray, " nodes"]) -> Float64[np.ndarray, "17 17"]:
     """Chebyshev coefficients [in y, in x] of a field given at the nodes."""
-    matrix = _analysis()
-    return matrix @ values.reshape(NODES, NODES) @ matrix.T
+    return _ANALYSIS @ values.reshape(NODES, NODES) @ _ANALYSIS.T
 
 
 def at_blocks(grid: Grid, nodes: np.ndarray) -> np.ndarray:
@@ -76,11 +76,6 @@ def fringe_count(reduced: Reduced, phase: np.ndarray) -> float:
     turns = along_y[rows, :NODES] @ table_of(phase) @ along_x[columns, :NODES].T
     turns = turns[used[np.ix_(rows, columns)]]
     return float(np.ptp(turns)) if turns.size else 0.0
-
-
-@cache
-def _analysis() -> np.ndarray:
-    return chebyshev.analysis(NODES)
 
 
 def sums(reduced: Reduced, reference: Float64[np.ndarray, " nodes"], phase_at: PhaseAt | None = None) -> Sums:

@@ -41,9 +41,11 @@ class NormalMatrix:
         full = self.matrix + np.diag(self.prior)
         return full[rows][:, rows if columns is None else columns]
 
-    def with_active(self, active: np.ndarray) -> "NormalMatrix":
-        """The same with other unknowns free."""
-        return replace(self, active=np.asarray(active, bool))
+    def holding(self, names: Iterable[str]) -> "NormalMatrix":
+        """The same with some of the numbers held."""
+        active = self.active.copy()
+        active[[NUMBERS.index(name) for name in names]] = False
+        return replace(self, active=active)
 
     @cached_property
     def inverse(self) -> np.ndarray:

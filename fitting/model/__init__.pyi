@@ -7,11 +7,13 @@ from fitting.model.basis import degrees as degrees
 from fitting.model.basis import model_coefficients as model_coefficients
 from fitting.model.basis import node_grid as node_grid
 from fitting.model.bench_start import scene_start as scene_start
-from fitting.model.phase import PARTS as PARTS
-from fitting.model.phase import Frame as Frame
+from fitting.model.parts import EDGES as EDGES
+from fitting.model.parts import PARTS as PARTS
+from fitting.model.parts import WARPS as WARPS
+from fitting.model.parts import free_numbers as free_numbers
+from fitting.model.parts import numbers_of as numbers_of
 from fitting.model.phase import GapModel as GapModel
 from fitting.model.phase import SceneModel as SceneModel
 from fitting.model.phase import as_arrays as as_arrays
-from fitting.model.phase import free_numbers as free_numbers
 from fitting.model.phase import localize as localize
-from fitting.model.phase import numbers_of as numbers_of
+from fitting.model.warp import Frame as Frame

@@ -5,7 +5,9 @@ from dataclasses import replace
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.model.phase import Frame, SceneModel, as_arrays, free_numbers, localize
+from fitting.model.parts import PARTS, WARPS, free_numbers, numbers_of
+from fitting.model.phase import SceneModel, as_arrays, localize
+from fitting.model.warp import Frame
 from fitting.parameters import NUMBERS, Numbers, Quantities, change, curved_surface, quantities_of, slots_of
 from newtonjax.fields import arrivals, pack
 from newtonjax.scene import Scene, gap_height, imaged_plane
@@ -24,7 +26,8 @@ def scene_start(scene: Scene, quantities: Quantities, frame: Frame, gap: np.ndar
     """
     at = curved_surface(scene)
     of_scene = quantities_of(scene, at)
-    start = np.array(Numbers(*gap)._replace(curvature=0.0, phase=0.0, contact=0.0))
+    beyond = numbers_of(part for part in PARTS if part not in WARPS)
+    start = np.array(Numbers(*gap)._replace(curvature=0.0, phase=0.0, **dict.fromkeys(beyond, 0.0)))
     if "centre_px" in fixed:
         x, y = ((c - m) / frame.unit for c, m in zip(fixed["centre_px"], frame.middle, strict=True))
         start = np.array(Numbers(*start)._replace(centre_x=x, centre_y=y))

@@ -15,6 +15,7 @@ class ParameterSpec:
     - `bounds`: what can be meant [`unit`]; outside of them a unit was mistaken.
     - `positive`: whether only its ratios mean something.
     - `advice`: what makes its row of a budget smaller; empty where nothing can be said.
+    - `in_fit`: whether it is a number of a part of the rings' model, and so stands in the vector of a fit.
     """
 
     name: str
@@ -23,6 +24,7 @@ class ParameterSpec:
     bounds: tuple[float, float] = _ANY
     positive: bool = False
     advice: str = ""
+    in_fit: bool = False
 
     @property
     def in_unit(self) -> str:
@@ -60,13 +62,14 @@ _SPECS = (
     ParameterSpec("light_tilt_y", "β", "rad"),
     ParameterSpec("plate_tilt_x", "α", "rad"),
     ParameterSpec("plate_tilt_y", "β", "rad"),
-    # Of a fit. Bounds of the parts' numbers: cos θ = 0.67 of a view, 15 % at the rim of the field of a distortion
-    # (eyepieces reach 10 %), a disc of half the half diagonal.
     ParameterSpec("fringe_scale", "n s²/(R λ)", "per_px2", (0.0, float("inf"))),
-    ParameterSpec("stretch", "a", bounds=(-0.4, 0.4)),
-    ParameterSpec("shear", "b", bounds=(-0.4, 0.4)),
-    ParameterSpec("distortion", "κ", bounds=(-0.15, 0.15)),
-    ParameterSpec("distortion_fifth_order", "κ₅", bounds=(-0.05, 0.05)),
     ParameterSpec("contact_radius", "a", "m", (0.0, float("inf"))),
+    # Of the parts of a fit, in the order of its vector. Bounds: cos θ = 0.67 of a view, 15 % at the rim of the field of
+    # a distortion (eyepieces reach 10 %), a disc of half the half diagonal.
+    ParameterSpec("stretch", "a", bounds=(-0.4, 0.4), in_fit=True),
+    ParameterSpec("shear", "b", bounds=(-0.4, 0.4), in_fit=True),
+    ParameterSpec("distortion", "κ", bounds=(-0.15, 0.15), in_fit=True),
+    ParameterSpec("contact", "a²", bounds=(0.0, 0.3), in_fit=True),
+    ParameterSpec("distortion_fifth_order", "κ₅", bounds=(-0.05, 0.05), in_fit=True),
 )  # fmt: skip
 TABLE = {spec.name: spec for spec in _SPECS}

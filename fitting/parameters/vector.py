@@ -4,32 +4,19 @@ Compiled programs depend on the vector's length only, so it always holds the num
 parts that are absent are 0 and do not move.
 """
 
+from collections import namedtuple
 from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
 
+from fitting.parameters.table import TABLE
 
-class Numbers(NamedTuple):
-    """A fit's numbers by name: `Numbers(*vector)` reads a vector, `np.array(numbers)` makes one.
-
-    Centres are counted from the image's middle, in half diagonals, the phase in turns; what the others mean, the models
-    say. The first four are always there; each of the others belongs to a part of the model, and is 0 without it.
-    """
-
-    curvature: Any
-    centre_x: Any
-    centre_y: Any
-    phase: Any
-    stretch: Any = 0.0
-    shear: Any = 0.0
-    distortion: Any = 0.0
-    contact: Any = 0.0
-    distortion_fifth_order: Any = 0.0
-
-
-NUMBERS = Numbers._fields
+NUMBERS = ("curvature", "centre_x", "centre_y", "phase", *(spec.name for spec in TABLE.values() if spec.in_fit))
+# A fit's numbers by name: `Numbers(*vector)` reads a vector, `np.array(numbers)` makes one. Centres are counted from
+# the image's middle, in half diagonals, the phase in turns; what the others mean, the models say. The first four are
+# always there; each of the others belongs to a part of the model, and is 0 without it.
+Numbers = namedtuple("Numbers", NUMBERS, defaults=(0.0,) * (len(NUMBERS) - 4))
 
 
 def slots_of(names: Iterable[str]) -> Int[np.ndarray, " n"]:

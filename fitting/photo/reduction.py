@@ -1,10 +1,9 @@
 """A photograph as means over blocks of pixels, as coarse as its finest fringe allows."""
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Float, Float64
+from jaxtyping import Bool, Float, Float64
 from numpy.polynomial.chebyshev import chebvander
 
 from fitting.photo.reading import Photograph
@@ -15,6 +14,7 @@ from newtonjax.numerics import chebyshev
 CYCLES = 0.125
 # Degrees of sums over blocks, twice the envelope's 16 and one more; nodes to a side.
 DEGREES, NODES = 33, 17
+_PLACES = chebyshev.nodes(NODES)
 _BAND = 256
 
 
@@ -22,68 +22,60 @@ _BAND = 256
 class Grid:
     """Blocks of `block` x `block` pixels on the grid of a whole frame, cut to the box that holds the used ones.
 
-    `shape`: of the frame [px]; `rows`, `columns`: the first block of the box and one past its last one. One grid serves
-    all frames of a view.
+    - `shape`: of the frame [px]; `rows`, `columns`: the first block of the box and one past its last one.
+    - `x`, `y`: middles of the blocks [px]; `middle`, `half`: of the box, and half its extent, (y, x) [px].
+    - `along_x`, `along_y`: Chebyshev polynomials over the box at the blocks.
+    - `nodes`: positions x, y [px] of the 17 x 17 Chebyshev nodes of the box, row by row.
+
+    One grid serves all frames of a view.
     """
 
     shape: tuple[int, int]
     block: int
     rows: tuple[int, int]
     columns: tuple[int, int]
+    y: Float64[np.ndarray, " rows"] = field(init=False, repr=False, compare=False)
+    x: Float64[np.ndarray, " columns"] = field(init=False, repr=False, compare=False)
+    middle: tuple[float, float] = field(init=False, repr=False, compare=False)
+    half: tuple[float, float] = field(init=False, repr=False, compare=False)
+    along_y: Float64[np.ndarray, "rows degrees"] = field(init=False, repr=False, compare=False)
+    along_x: Float64[np.ndarray, "columns degrees"] = field(init=False, repr=False, compare=False)
+    nodes: tuple[Float64[np.ndarray, " nodes"], Float64[np.ndarray, " nodes"]] = field(
+        init=False, repr=False, compare=False
+    )
 
-    @cached_property
-    def y(self) -> Float64[np.ndarray, " rows"]:
-        """Middles of the blocks [px]."""
-        return _middles(self.rows, self.block, self.shape[0])
+    def __post_init__(self):
+        places = (self._middles(self.rows, self.shape[0]), self._middles(self.columns, self.shape[1]))
+        derived = {
+            "y": places[0],
+            "x": places[1],
+            "middle": tuple((at[0] + at[-1]) / 2 for at in places),
+            "half": tuple(max((at[-1] - at[0]) / 2, 1.0) for at in places),
+        }
+        for name, value in derived.items():
+            object.__setattr__(self, name, value)
+        along = [chebvander(self.scaled(at, axis), DEGREES - 1) for axis, at in enumerate(places)]
+        (middle_y, middle_x), (half_y, half_x) = self.middle, self.half
+        y, x = np.meshgrid(middle_y + half_y * _PLACES, middle_x + half_x * _PLACES, indexing="ij")
+        for name, value in {"along_y": along[0], "along_x": along[1], "nodes": (x.ravel(), y.ravel())}.items():
+            object.__setattr__(self, name, value)
 
-    @cached_property
-    def x(self) -> Float64[np.ndarray, " columns"]:
-        """Middles of the blocks [px]."""
-        return _middles(self.columns, self.block, self.shape[1])
-
-    @cached_property
-    def along_y(self) -> Float64[np.ndarray, "rows degrees"]:
-        """Chebyshev polynomials over the box."""
-        return chebvander(self.scaled(self.y, 0), DEGREES - 1)
-
-    @cached_property
-    def along_x(self) -> Float64[np.ndarray, "columns degrees"]:
-        """Chebyshev polynomials over the box."""
-        return chebvander(self.scaled(self.x, 1), DEGREES - 1)
-
-    @cached_property
-    def middle(self) -> tuple[float, float]:
-        """The box's, (y, x) [px]."""
-        return (self.y[0] + self.y[-1]) / 2, (self.x[0] + self.x[-1]) / 2
-
-    @cached_property
-    def half(self) -> tuple[float, float]:
-        """Half the box's extent, (y, x) [px]."""
-        return max((self.y[-1] - self.y[0]) / 2, 1.0), max((self.x[-1] - self.x[0]) / 2, 1.0)
+    def _middles(self, blocks: tuple[int, int], pixels: int) -> np.ndarray:
+        first = np.arange(*blocks) * self.block
+        # The last block of a frame may be cut off.
+        return (first + np.minimum(first + self.block, pixels) - 1) / 2
 
     def scaled(self, at: np.ndarray, axis: int) -> np.ndarray:
         """Positions [px] along an axis in the box's units: -1 to 1 from the middle of its first block to its last."""
         return (at - self.middle[axis]) / self.half[axis]
-
-    @cached_property
-    def nodes(self) -> tuple[Float64[np.ndarray, " nodes"], Float64[np.ndarray, " nodes"]]:
-        """Positions x, y [px] of the 17 x 17 Chebyshev nodes of the box, row by row."""
-        at = chebyshev.nodes(NODES)
-        y, x = np.meshgrid(self.middle[0] + self.half[0] * at, self.middle[1] + self.half[1] * at, indexing="ij")
-        return x.ravel(), y.ravel()
-
-
-def _middles(blocks: tuple[int, int], block: int, pixels: int) -> np.ndarray:
-    first = np.arange(*blocks) * block
-    # The last block of a frame may be cut off.
-    return (first + np.minimum(first + block, pixels) - 1) / 2
 
 
 @dataclass(frozen=True)
 class Reduced:
     """A photograph's blocks: the mean light of their used pixels less `offset`, and weights, used pixels / block².
 
-    `light`, `weights` [rows, columns]; a block of which less than half is used has weight 0.
+    `light`, `weights` [rows, columns]; a block of which less than half is used has weight 0. `used`: where a block
+    counts; `pixels`: number of used pixels.
     """
 
     grid: Grid
@@ -91,15 +83,12 @@ class Reduced:
     weights: Float[np.ndarray, "rows columns"]
     offset: float
 
-    @cached_property
-    def used(self) -> np.ndarray:
-        """True where a block counts [rows, columns]."""
-        return self.weights > 0
+    used: Bool[np.ndarray, "rows columns"] = field(init=False, repr=False)
+    pixels: float = field(init=False)
 
-    @property
-    def pixels(self) -> float:
-        """Number of used pixels."""
-        return float(self.weights.sum(dtype=float)) * self.grid.block**2
+    def __post_init__(self):
+        object.__setattr__(self, "used", self.weights > 0)
+        object.__setattr__(self, "pixels", float(self.weights.sum(dtype=float)) * self.grid.block**2)
 
 
 def block_size(finest: float, cycles: float = CYCLES) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 
 from fitting.estimate import FEW, Fitted, frame_on, moved_to, robust_fit, sharpened
 from fitting.finding import Rings, evidence_of, find_rings, follow, settled, view_of
-from fitting.model import GapModel, scene_start
+from fitting.model import WARPS, GapModel, scene_start
 from fitting.parameters import Numbers, Progress, held_turns, one_blas_thread, progress_of, says_its_origin
 from fitting.photo import Photograph, block_size, pixels_of, reduce
 from fitting.photograph.light import with_richer_light
@@ -19,7 +19,6 @@ from fitting.photograph.selection import Choice, adapt
 from fitting.photograph.summary import report
 from fitting.photograph.task import Task, task_of
 from fitting.photograph.transfer import linearized
-from fitting.photograph.trials import WARPS
 from fitting.photograph.verdict import RefusedError, judge, too_steep, why_refused
 from newtonjax.numerics import x64
 from newtonjax.scene import Scene

@@ -20,10 +20,10 @@ from fitting.estimate import (
     score_drop,
     tukey,
 )
-from fitting.model import PARTS, GapModel, gap_phase, numbers_of
+from fitting.model import PARTS, WARPS, GapModel, gap_phase, numbers_of
 from fitting.parameters import NUMBERS, Numbers
 from fitting.photo import Photograph, Reduced
-from fitting.photograph.trials import DISCS, WARPS, Trial, Trials, nested, rim
+from fitting.photograph.trials import DISCS, Trial, Trials, nested, rim
 
 # By how much the criterion has to be better with a contact, of which many are tried ("strong" evidence: Kass and
 # Raftery 1995).
@@ -149,7 +149,7 @@ def _settled(found: Fitted, parts: tuple[str, ...], numbers: np.ndarray, evidenc
         last = warps[-1] if warps else parts[-1]
         evidence[last] = "dropped: least squares did not converge with it"
         parts = tuple(part for part in parts if part != last)
-        numbers = np.array(Numbers(*numbers)._replace(**dict.fromkeys(PARTS[last], 0.0)))
+        numbers = np.array(Numbers(*numbers)._replace(**dict.fromkeys(PARTS[last].parameters, 0.0)))
 
 
 def _too_steep(found: Fitted, photograph: Photograph) -> bool:
@@ -193,7 +193,7 @@ class _Judge:
         return float((self.weights * fit.left.value**2).sum(dtype=float))
 
     def criterion(self, fit: Fitted | Trial) -> float:
-        spent = sum(len(PARTS[part]) for part in fit.parts) + ("film" in fit.parts)
+        spent = sum(len(PARTS[part].parameters) for part in fit.parts) + ("film" in fit.parts)
         return self._square(fit) / self.variance + spent * self.penalty
 
 
@@ -218,7 +218,7 @@ def _without_idle_warps(
         without = min(criterion(s) for s in sets if part not in s) if part not in forced else criterion(best - {part})
         evidence[part] = _said(part in best, part in forced, without - min(criterion(s) for s in sets if part in s))
         if part not in best:
-            numbers = np.array(Numbers(*numbers)._replace(**dict.fromkeys(PARTS[part], 0.0)))
+            numbers = np.array(Numbers(*numbers)._replace(**dict.fromkeys(PARTS[part].parameters, 0.0)))
     return tuple(part for part in full.parts if part in best or part not in WARPS), numbers
 
 

@@ -1,6 +1,6 @@
 """What a fit is asked: a photograph, what is given of its set-up, and what the user wishes; checked."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import jax
@@ -35,6 +35,8 @@ class Task:
     - `view`: "reflected" or "transmitted"; `scene`: the bench to trace, None for fringes in the gap.
     - `fixed`, `start`: what the user holds, and starts from, by name; `wishes`: whether parts are wanted, by part.
     - `keeps_curve`: whether the user has said how codes follow the light.
+    - `is_guided`: whether a person gave a start or held values, and so has seen rings; `contact_phase`: phase of the
+      fringes where the faces touch [turns].
     """
 
     photograph: Photograph
@@ -46,15 +48,12 @@ class Task:
     wishes: dict[str, bool]
     keeps_curve: bool
 
-    @property
-    def is_guided(self) -> bool:
-        """Whether a person gave a start or held values, and so has seen rings."""
-        return bool(self.fixed or self.start)
+    is_guided: bool = field(init=False)
+    contact_phase: float = field(init=False)
 
-    @property
-    def contact_phase(self) -> float:
-        """Phase of the fringes where the faces touch [turns]."""
-        return 0.5 if self.view == "reflected" else 0.0
+    def __post_init__(self):
+        object.__setattr__(self, "is_guided", bool(self.fixed or self.start))
+        object.__setattr__(self, "contact_phase", 0.5 if self.view == "reflected" else 0.0)
 
 
 def checked_parts(parts) -> dict[str, bool]:

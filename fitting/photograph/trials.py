@@ -23,13 +23,11 @@ from fitting.estimate import (
     solve,
     tukey,
 )
-from fitting.model import BACKGROUND, PARTS, numbers_of
+from fitting.model import BACKGROUND, PARTS, WARPS, numbers_of
 from fitting.parameters import TABLE, Numbers
 from fitting.photo import Photograph, Reduced, pixels_of, reduce
 from fitting.photograph.phase_map import followed
 
-# Parts that bend the map from the image to the object.
-WARPS = ("oblique_view", "distortion", "fifth_order")
 # Squared radii of contacts that a score test looks at, that trials start from, and the largest one that can be meant
 # [half diagonals squared].
 DISCS, _SQUARES, _WIDEST = (0.003, 0.01, 0.03, 0.08), tuple(0.002 * 1.7**k for k in range(8)), 0.3
@@ -81,11 +79,12 @@ class Trials:
         return Trial(solution, residuals_of(solution, self.reduced, None), ())
 
     def fit(self, parts: tuple[str, ...], numbers: np.ndarray, steps: int = _STEPS) -> Trial:
-        """A fit with parts from given numbers."""
+        """A fit with parts from given numbers, of which those of other parts are left out."""
         shape = self.found.shape if self.found.orders < FEW else (BACKGROUND, CONTRAST)
         problem = problem_of(self.model, self.found.fixed, parts, shape)
+        start = _without(numbers, parts)
         solution = solve(
-            problem, self.reduced, numbers, tolerance=self.tolerance, rounds=_ROUNDS, near=_NEAR, steps=steps
+            problem, self.reduced, start, tolerance=self.tolerance, rounds=_ROUNDS, near=_NEAR, steps=steps
         )
         return Trial(solution, residuals_of(solution, self.reduced, None), parts)
 
@@ -95,7 +94,7 @@ class Trials:
         for parts in (s for n in range(len(allowed), 0, -1) for s in combinations(allowed, n) if nested(s)):
             starts = [self.found.numbers]
             if self.before is not None:
-                starts.insert(0, _without(self.before.numbers, parts))
+                starts.insert(0, self.before.numbers)
             elif (mapped := followed(self.found, parts)) is not None:
                 starts.insert(0, mapped)
             for start in starts:
@@ -114,7 +113,7 @@ class Trials:
         parts = (*full.parts, "contact", "film")
         starts = [self._disc(square) for square in _SQUARES]
         if self.before is not None and "contact" in self.before.parts:
-            starts = [_without(self.before.numbers, parts)]
+            starts = [self.before.numbers]
         first = sorted((self.fit(parts, at, _FIRST_STEPS) for at in starts), key=lambda fit: fit.solution.chi2)
         near = [fit for fit in first[:_FURTHER] if fit.solution.chi2 < _FALSE * first[0].solution.chi2]
         tried: list[Trial] = []

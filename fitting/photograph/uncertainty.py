@@ -7,7 +7,7 @@ from numpy.polynomial.chebyshev import chebvander
 
 from fitting.estimate import Fitted, Normal, bends, eliminate, evaluate, normal_equations, sums
 from fitting.model import BACKGROUND, PARTS, degrees, numbers_of
-from fitting.parameters import Numbers, slots_of
+from fitting.parameters import NUMBERS, Numbers
 
 # A difference between two halves of the field beyond so many standard deviations is the model's, not the noise's.
 _APART = 3.0
@@ -33,21 +33,16 @@ def image_rows(
     Noise with the parts' numbers held; then what each part's own numbers add; the law of a distortion; rival models
     that the image does not rule out; sodium's second line; and what halves of the field differ by beyond their noise.
     """
-    matrix, active = found.matrix, found.matrix.active
-    plain = active.copy()
-    plain[slots_of(numbers_of(found.parts))] = False
-    before = matrix.with_active(plain).deviation("curvature", variance)
+    matrix, held = found.matrix, [part for part in found.parts if PARTS[part].parameters]
+    before = matrix.holding(numbers_of(held)).deviation("curvature", variance)
     rows = [("noise", before)]
-    for part in found.parts:
-        if not PARTS[part]:
-            continue
-        slots = slots_of(PARTS[part])
-        plain[slots] = active[slots]
-        now = matrix.with_active(plain).deviation("curvature", variance)
+    while held:
+        part, *held = held
+        now = matrix.holding(numbers_of(held)).deviation("curvature", variance)
         rows.append((part, float(np.sqrt(max(now**2 - before**2, 0.0)))))
         before = max(now, before)
     if "distortion" in found.parts and "fifth_order" not in found.parts:
-        (fifth,) = PARTS["fifth_order"]
+        (fifth,) = PARTS["fifth_order"].parameters
         law = min(
             _FIFTH * float(Numbers(*found.numbers).distortion) ** 2, _APART * matrix.deviation_if_free(fifth, variance)
         )
@@ -104,8 +99,7 @@ def halves_apart(found: Fitted, variance: float) -> float:
     difference has the sum of both variances (Hausman's test, 1978); the whole field's number lies between the halves'
     as their variances say. The largest of the three ways to halve counts.
     """
-    of_parts = numbers_of(found.parts)
-    moving = slots_of(name for name in found.solution.problem.free if name not in of_parts)
+    moving = found.solution.problem.moving & ~np.isin(NUMBERS, numbers_of(found.parts))
     worst = 0.0
     for first, second in _halvings(found):
         one, other = _step(found, first, moving), _step(found, second, moving)

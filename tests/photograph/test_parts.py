@@ -8,8 +8,8 @@ import pytest
 
 import fitting
 from experiments.truth.defects import WAVELENGTH, Case, photograph
+from fitting import model
 from fitting.estimate import problem_of, solve
-from fitting.model import phase
 from fitting.parameters import Numbers
 
 CASE = Case("none", 1.0, 10e-6, 384, (200.0, 180.0), 0.0, 0.05, 3, 12.0)
@@ -70,7 +70,7 @@ def test_wishes_are_kept():
 
 
 def test_a_model_that_lacks_a_part_says_so_in_a_row_of_its_budget():
-    rows = dict(fit(replace(CASE, defect="distortion 2 %"), parts=dict.fromkeys(phase.PARTS, False)).budget)
+    rows = dict(fit(replace(CASE, defect="distortion 2 %"), parts=dict.fromkeys(model.PARTS, False)).budget)
     assert rows["model, by halves of the field"] > 5 * rows["noise"]
 
 

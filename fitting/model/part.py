@@ -1,0 +1,71 @@
+"""What a part of the rings' model is: the abstract class, which leaves the phase as it is."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fitting.parameters import Numbers
+
+
+class Flattening(NamedTuple):
+    """What r² [px²] becomes, and its derivatives: by r², and by the part's numbers, by name, each as an area [px²]."""
+
+    value: np.ndarray
+    by_r2: np.ndarray | float
+    by_number: Mapping[str, np.ndarray]
+
+
+class AbstractPart:
+    """A part of the model: its numbers, by name, and what they do to the phase.
+
+    - `name`: what reports, budgets and `parts=` of a fit call it; `parameters`: its numbers, entries of `TABLE`.
+    - `needs`: parts without which there is none; `pins`: numbers of others that it holds, `frees`: that it lets go.
+    - `is_warp`: whether it bends the map from the image to the object alone; then a traced bench can have it too.
+
+    What it does to that map, from a pixel u, counted from the middle in half diagonals, to the object's point:
+
+    - `radial_power` p: its number c moves the point to u (1 + c |u|²ᵖ), next to those of other parts.
+    - `displacements`: where a unit of each number moves the point, as any (x, y).
+    - `stretches`: two numbers, a and b; an offset from the rings' centre is exp([[a, b], [b, -a]] / 2) times as large.
+
+    And to the gap, by `flatten`: `edge` is the number above 0 of which that has an edge which nodes do not resolve.
+
+    Formulae work on numbers, on arrays of NumPy and on those of JAX.
+    """
+
+    name: str
+    parameters: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
+    pins: tuple[str, ...] = ()
+    frees: tuple[str, ...] = ()
+    is_warp: bool = False
+    radial_power: int = 0
+    stretches: tuple[str, str] | None = None
+    edge: str = ""
+
+    def displacements(self, ux, uy, u2) -> dict[str, tuple[Any, Any]]:  # noqa: ARG002
+        """By number, (x, y); `u2`: |u|², of a centre beyond the frame 1, since nothing is known of the lens there.
+
+        Derivatives are taken by complex numbers: sums and products alone go.
+        """
+        return {}
+
+    def reach(self, numbers: Numbers) -> Any:  # noqa: ARG002
+        """By how much r² on the object exceeds that of the stretched offset."""
+        return 1.0
+
+    def reach_slopes(self, numbers: Numbers, by_reach) -> dict[str, Any]:  # noqa: ARG002
+        """Derivatives by its numbers of what changes with `reach` by `by_reach`."""
+        return {}
+
+    def flatten(self, r2, unit2, numbers: Numbers) -> Any:  # noqa: ARG002
+        """What becomes of r² [px²], to which the gap of touching spheres is proportional where they are shallow.
+
+        `unit2`: half a diagonal squared [px²], in which numbers that are areas are counted.
+        """
+        return r2
+
+    def flattening(self, r2: np.ndarray, unit2, numbers: Numbers) -> Flattening:
+        """The same with its derivatives, by NumPy."""
+        raise NotImplementedError
