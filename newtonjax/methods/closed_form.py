@@ -69,7 +69,8 @@ class ClosedForm(AbstractMethod):
         fields = closed_fields(scene, x[:, :1], y[:1])  # of a pixel: all have its amplitudes
         background, envelope, source = fields.background, fields.envelope[0].real, source_of(scene.light)
         if jnp.result_type(float) == jnp.float32:
-            return background + envelope * cos_turns(closed_turns(scene, camera))
+            faded, _ = source.fringes(envelope, self.opd(scene, camera))
+            return background + faded * cos_turns(closed_turns(scene, camera))
         return _equal_thickness(gap_between(scene), source, background, envelope, x, y)
 
     def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
