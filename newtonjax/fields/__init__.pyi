@@ -10,6 +10,7 @@ from newtonjax.fields.at_points import opd_at as opd_at
 from newtonjax.fields.at_points import pairs as pairs
 from newtonjax.fields.at_points import path_difference as path_difference
 from newtonjax.fields.at_points import polar as polar
+from newtonjax.fields.closed_form import closed_amplitudes as closed_amplitudes
 from newtonjax.fields.closed_form import closed_fields as closed_fields
 from newtonjax.fields.localization import meeting_height as meeting_height
 from newtonjax.fields.packed import Packed as Packed

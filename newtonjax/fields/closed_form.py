@@ -25,15 +25,21 @@ def axis_amplitude(scene: Scene, word: str) -> Float[Any, ""]:
     return total
 
 
+def closed_amplitudes(scene: Scene) -> tuple[Float[Any, ""], Float[Any, ""]]:
+    """Background of equal-thickness fringes, and the product of two amplitudes that their envelope is in one line."""
+    short, long = (axis_amplitude(scene, word) for word in sorted(scene.beams, key=len))
+    return short**2 + long**2, 2 * short * long
+
+
 def closed_fields(scene: Scene, x: Float[Any, "..."], y: Float[Any, "..."], profile: Profile = Surface.sag) -> Fields:
     """The fields of equal-thickness fringes at points (x, y) of the gap [m]; constant amplitudes."""
-    short, long = (axis_amplitude(scene, word) for word in sorted(scene.beams, key=len))
+    background, mutual = closed_amplitudes(scene)
     path = gap_opd(scene, x, y, profile)
     xp = module_of(path)
     ones = xp.ones((1,) * path.ndim)
-    envelope, phase = source_of(scene.light).fringes(as_complex(2 * short * long * ones), path)
+    envelope, phase = source_of(scene.light).fringes(as_complex(mutual * ones), path)
     return Fields(
-        background=(short**2 + long**2) * ones,
+        background=background * ones,
         envelope=envelope[None],
         phase=phase[None],
         rounding=xp.zeros_like(ones),

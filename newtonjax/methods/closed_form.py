@@ -9,7 +9,16 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from newtonjax.fields import ErrorEstimate, Fields, closed_fields, node_arrivals, node_fields, pack, polar
+from newtonjax.fields import (
+    ErrorEstimate,
+    Fields,
+    closed_amplitudes,
+    closed_fields,
+    node_arrivals,
+    node_fields,
+    pack,
+    polar,
+)
 from newtonjax.methods.base import CALL, AbstractMethod, CannotHonourError, pass_share
 from newtonjax.methods.closed_form_float32 import closed_turns
 from newtonjax.numerics import cos_turns, is_concrete, require_concrete
@@ -66,12 +75,11 @@ class ClosedForm(AbstractMethod):
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
         x, y = camera.axes()
         x, y = x[None, :], y[:, None]
-        fields = closed_fields(scene, x[:, :1], y[:1])  # of a pixel: all have its amplitudes
-        background, envelope, source = fields.background, fields.envelope[0].real, source_of(scene.light)
+        (background, mutual), source = closed_amplitudes(scene), source_of(scene.light)
         if jnp.result_type(float) == jnp.float32:
-            faded, _ = source.fringes(envelope, self.opd(scene, camera))
-            return background + faded * cos_turns(closed_turns(scene, camera))
-        return _equal_thickness(gap_between(scene), source, background, envelope, x, y)
+            envelope, _ = source.fringes(mutual, self.opd(scene, camera))
+            return background + envelope * cos_turns(closed_turns(scene, camera))
+        return _equal_thickness(gap_between(scene), source, background, mutual, x, y)
 
     def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
         x, y = camera.axes()
@@ -102,13 +110,13 @@ class ClosedForm(AbstractMethod):
 
 
 @jax.jit
-def _equal_thickness(gap: Gap, source: Source, background, envelope, x, y) -> Float[Array, "rows columns"]:
+def _equal_thickness(gap: Gap, source: Source, background, mutual, x, y) -> Float[Array, "rows columns"]:
     """Fringes of equal thickness: a program for every shape, not for every bench."""
 
     def image(profile):
         # The envelope is real: no sine, which would cost as much as the cosine.
-        faded, turns = source.fringes(envelope, gap.opd(x, y, profile))
-        return background + faded * cos_turns(turns)
+        envelope, turns = source.fringes(mutual, gap.opd(x, y, profile))
+        return background + envelope * cos_turns(turns)
 
     return jax.lax.cond(gap.is_shallow(x, y), lambda: image(Surface.shallow_sag), lambda: image(Surface.sag))
 
