@@ -92,7 +92,7 @@ def polar(fields: Fields) -> tuple[Float[Any, "pairs ..."], Float[Any, "pairs ..
     decay slowly, which the error estimate sees. NumPy makes NumPy.
     """
     xp = module_of(fields.envelope)
-    flat = fields.envelope.reshape(len(fields.envelope), fields.background.size)
+    flat = fields.envelope.reshape(len(fields.envelope), -1)
     largest = xp.take_along_axis(flat, abs(flat).argmax(axis=1)[:, None], axis=1)
     size = abs(largest)
     unit = xp.where(size > 0, largest * as_complex(1 / xp.where(size > 0, size, 1.0)), 1.0)
