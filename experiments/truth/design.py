@@ -26,10 +26,9 @@ from matplotlib.figure import Figure
 import fitting
 import newtonjax as nj
 from experiments import records
-from fitting.designs.job import Job
+from fitting.designs.job import DesignTask
 from fitting.designs.prospects import Limits, forecast
-from fitting.parameters import chosen, knobs
-from fitting.studies import FREE
+from fitting.parameters import chosen, free_names, knobs
 from fitting.studies.electrons import photoelectrons, variance
 from newtonjax.verbs.normal import from_coefficients
 
@@ -79,7 +78,7 @@ PARTS = dict.fromkeys(("oblique_view", "distortion", "fifth_order", "contact", "
 
 def by_grid(scene, camera, vary, known, count: int) -> tuple[float, int]:
     """Least relative deviation on the grid, and how many of its designs keep the limits."""
-    job = Job(scene, camera, vary, {}, "radius", FREE, known, None)
+    job = DesignTask(scene, camera, vary, {}, "radius", None, known, None)
     layout, bench = job.layout(9, 64), job.bench(Limits(2.5, 0.9, 0.5, np.inf))
     each = round(count ** (1 / len(vary)))
     axes = [np.geomspace(low, high, each) for low, high in vary.values()]
@@ -94,7 +93,7 @@ def beside_a_render(scene, camera, vary, known, rounds: int) -> dict[str, float]
     """Median seconds of a design, and of a render of the sensor, its method chosen beforehand."""
     method = nj.plan(scene, camera).method
     runs = {
-        "design": lambda: fitting.design(scene, camera, vary, known=known, starts=1).relative_sd,
+        "design": lambda: fitting.design(scene, camera, vary, sd=known, starts=1).relative_sd,
         "render": lambda: nj.render(scene, camera, method),
     }
     return records.medians(runs, rounds)
@@ -141,7 +140,8 @@ def scatter_of_fits(design, share: float, count: int) -> tuple[float, float]:
 
 def equal_weights(scene, camera) -> float:
     """Forecast of the radius's deviation by noise, of a fit that weighs all pixels alike [m]."""
-    numbers = chosen(knobs(scene, camera), FREE)
+    present = knobs(scene, camera)
+    numbers = chosen(present, free_names(present, None))
     moves = tuple((name, knob.move) for name, knob in numbers.items())
     scales = jnp.array([knob.scale for knob in numbers.values()])
     of_steps, still = photoelectrons(scene, camera, moves, scales, nj.Chebyshev(17)), jnp.zeros(len(moves))
@@ -194,7 +194,7 @@ def main() -> None:
     rows, designs, asked = [], [], list(PROBLEMS.items())
     for name, (scene, camera, vary, known, share) in asked[1:2] if options.quick else asked:
         begin = time.perf_counter()
-        design = fitting.design(scene, camera, vary, known=known, starts=1)
+        design = fitting.design(scene, camera, vary, sd=known, starts=1)
         first = time.perf_counter() - begin
         designs.append(design)
         print(design, flush=True)

@@ -1,21 +1,22 @@
-"""Designing a set-up: the numbers of a bench within bounds and limits that tell the most of what is measured.
+"""Designing a set-up: the numbers of a bench within bounds and limits that determine the target best.
 
 Minimized is the expected relative deviation of the measured number (`prospects`), by sequential quadratic programming
 with exact derivatives (Kraft 1988, SLSQP of SciPy: optimistix and optax have no constraints), from several starts.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 from jaxtyping import Float
 from scipy.stats import qmc
 
-from fitting.designs.job import Job
+from fitting.designs.design_result import Design
+from fitting.designs.job import DesignTask
 from fitting.designs.prospects import LIMITS, Bench, Layout, Limits, forecast
-from fitting.designs.search import BINDS, Binding, Search, none_found
-from fitting.studies import FREE
+from fitting.designs.search import BINDS, Search, infeasible
+from fitting.parameters import Deviations, Progress, progress_of
+from fitting.studies import says_its_bench
 from newtonjax.numerics import require_whole
 from newtonjax.scene import Camera, Scene
 
@@ -25,70 +26,24 @@ _AGREES = 0.02
 _GRIDS = (((5, 16, 12), (9, 384)), ((5, 48), (9, 384)), ((9, 96), (17, 384)), ((17, 192), (33, 384)))
 
 
-@dataclass(frozen=True)
-class Design:
-    """What `design` found. `str()` is a table.
-
-    - `target`, `unit`, `over`: what is measured, and the values of it that count.
-    - `values`, `units`: of the design's numbers, by name; `before`: of the bench as it was.
-    - `relative_sd`: largest (or mean) expected relative deviation of the target over its values; `noise_sd`: by noise
-      alone; `before_sd`: of the bench as it was, None where that breaks a limit.
-    - `scene`, `camera`: the designed bench, its camera cropped to the field.
-    - `bindings`: what holds it back; `used`: share of each limit that is used.
-    - `evaluations`: of the objective with its derivatives; `starts`: relative deviation that each start ended with.
-    """
-
-    target: str
-    unit: str
-    over: tuple[float, ...]
-    values: dict[str, float]
-    units: dict[str, str]
-    before: dict[str, float]
-    relative_sd: float
-    noise_sd: float
-    before_sd: float | None
-    scene: Scene
-    camera: Camera
-    bindings: tuple[Binding, ...]
-    used: dict[str, float]
-    evaluations: int
-    starts: tuple[float, ...]
-
-    def __str__(self) -> str:
-        over = f"{self.over[0]:.6g}" if len(self.over) == 1 else f"{self.over[0]:.4g} to {self.over[-1]:.4g}"
-        was = "breaks a limit" if self.before_sd is None else f"{self.before_sd:.3g}"
-        lines = [
-            f"{self.target} of {over} {self.unit}: relative sd {self.relative_sd:.3g} "
-            f"(noise alone {self.noise_sd:.3g}; the bench as it was: {was})",
-            f"{'':<14} {'designed':>12} {'was':>12} unit",
-        ]
-        for name, value in self.values.items():
-            lines.append(f"{name:<14} {value:>12.6g} {self.before[name]:>12.6g} {self.units[name]}".rstrip())
-        rows, columns = self.camera.shape
-        lines.append(f"camera: {rows} x {columns} pixels of {float(self.camera.pixel_size) * 1e6:.4g} um on the screen")
-        for binding in self.bindings:
-            side = "limit" if binding.side == "limit" else f"{binding.side} bound"
-            lines.append(f"binds: {binding.name} is at its {side}; 1 % more room lowers the sd by {binding.gain:.2g} %")
-        return "\n".join([*lines, *([] if self.bindings else ["nothing binds: the best lies inside"])])
-
-
+@says_its_bench
 def design(
     scene: Scene,
     camera: Camera,
     vary: Mapping[str, tuple[float | int, float | int]],
     *,
-    target: str = "radius",
-    free: Sequence[str] = FREE,
-    known: Mapping[str, float | int | str] | None = None,
+    target: str | None = None,
+    free: Sequence[str] | None = None,
+    sd: Deviations | None = None,
     over: Sequence[float] | Float[np.ndarray, " targets"] | None = None,
     robust: str = "worst",
     choose: Mapping[str, Sequence[float | int]] | None = None,
     pixels_per_fringe: float = 2.5,
-    fill: float = 0.9,
+    fill_fraction: float = 0.9,
     rings: tuple[float | int, float | int] = (0.5, np.inf),
     starts: int = 6,
     seed: int = 0,
-    report: Callable[[float], object] | None = None,
+    progress: Progress = None,
 ) -> Design:
     """The bench that measures one number best, within bounds and limits.
 
@@ -96,78 +51,81 @@ def design(
       scene, camera: where to start from; the camera's shape is the sensor. One gap with two faces.
       vary: bounds (low, high) by name, of numbers of `knobs` in their units, and of "field": shorter side of the
         used part of the image, on the screen [m]. Without it the whole sensor is used.
-      target: what is measured; free: what is fitted beside it.
-      known: numbers that are held and known to a standard deviation only, in their units or, as "0.1%", of their value.
-        Their effect on the target, by its slope, is added to that of noise. Without it noise alone counts.
+      target: what is measured; free: what is determined with it; defaults as in `sensitivity`.
+      sd: standard deviations of numbers that the fit is given, in their units or, as "0.1%", of their value. Their
+        effect on the target, by its slope, is added to that of noise. Without it noise alone counts.
       over: values of the target that the design must measure; None for the scene's.
       robust: "worst" or "mean" of them.
       choose: discrete values by name, such as available wavelengths: every one is tried.
       pixels_per_fringe: at the finest fringe, at least (2 is Nyquist's limit).
-      fill: share of the full well that the brightest pixel may take.
+      fill_fraction: fraction of the full well that the brightest pixel may take.
       rings: in the field (change of order over it), at least and at most.
-      starts: searches from quasi-random points, besides one from the bench as it is; seed: of these.
-      report: called with the share of the work that is done.
+      starts: searches from quasi-random points, besides one from the bench at the start; seed: of these.
+      progress: True for a bar on the terminal, or a function of (searches done, their number).
 
     Limits hold for every value of `over`. Raises ValueError for what is not there or not allowed, where no start meets
-    the limits, and where the image does not tell the target.
+    the limits, and where the image does not determine the target.
 
     """
     require_whole("starts", starts)
     if robust not in ("worst", "mean"):
         raise ValueError(f"robust is {robust!r}; allowed: 'worst' or 'mean'")
-    job = Job(scene, camera, dict(vary), dict(choose or {}), target, free, dict(known or {}), over)
-    limits = Limits(pixels_per_fringe, fill, *rings)
+    task = DesignTask(scene, camera, dict(vary), dict(choose or {}), target, free, dict(sd or {}), over)
+    limits = Limits(pixels_per_fringe, fill_fraction, *rings)
     for name, value in zip(limits._fields, limits, strict=True):
         if not value > 0:
             raise ValueError(f"{name} is {value}; allowed: above zero")
-    if fill > 1:
-        raise ValueError(f"fill is {fill}; allowed: at most 1, where the brightest pixel saturates")
+    if fill_fraction > 1:
+        raise ValueError(f"fill_fraction is {fill_fraction}; allowed: at most 1, where the brightest pixel saturates")
     if not rings[0] < rings[1]:
         raise ValueError(f"rings is {rings}; allowed: fewer at least than at most")
-    return _best(job, limits, robust, starts, seed, report or (lambda _: None))
+    with progress_of(progress, "searching") as done:
+        return _best(task, limits, robust, starts, seed, done)
 
 
-def _best(job: Job, limits: Limits, robust: str, starts: int, seed: int, report: Callable[[float], object]) -> Design:
-    bench, evaluations = job.bench(limits), 0
-    choices = list(product(*job.choose.values()))
-    count = len(job.vary)
+def _best(
+    task: DesignTask, limits: Limits, robust: str, starts: int, seed: int, done: Callable[[int, int], object]
+) -> Design:
+    bench, evaluations = task.bench(limits), 0
+    choices = list(product(*task.choose.values()))
+    count = len(task.vary)
     points = np.clip(qmc.Sobol(max(count, 1), rng=seed).random(1 << (starts - 1).bit_length())[:starts, :count], 0, 1)
-    search = Search(job, job.layout(*_GRIDS[0][0]), bench, robust)
-    runs = [(point, choice) for choice in choices for point in (search.place(job.before), *points)]
+    search = Search(task, task.layout(*_GRIDS[0][0]), bench, robust)
+    runs = [(point, choice) for choice in choices for point in (search.to_unit(task.before), *points)]
     ended: list[tuple[float, np.ndarray, tuple]] = []
     for number, (point, choice) in enumerate(runs):
-        report(number / (len(runs) + 1))
+        done(number, len(runs) + 1)
         if (end := search.run(point, choice)) is not None:
             ended.append((*end, choice))
     evaluations += search.evaluations
     if not ended:
-        raise none_found(search, runs)
+        raise infeasible(search, runs)
     value, place, choice = min(ended, key=lambda run: run[0])
     for grid, finer in _GRIDS:
         if grid != _GRIDS[0][0]:  # from where the one before ended
-            search = Search(job, job.layout(*grid), bench, robust)
+            search = Search(task, task.layout(*grid), bench, robust)
             value, place = search.run(place[:count], choice) or (value, place)
             evaluations += search.evaluations
-        design, judge = search.design(place[:count], choice), job.layout(*finer)
-        outcome = forecast(judge, bench, design, job.over)
-        if np.all(np.abs(outcome.total - search.look(place[:count], choice)[0]) < _AGREES):
+        design, judge = search.design(place[:count], choice), task.layout(*finer)
+        outcome = forecast(judge, bench, design, task.over)
+        if np.all(np.abs(outcome.total - search.evaluate(place[:count], choice)[0]) < _AGREES):
             break
     else:
         raise ValueError("the field has too many fringes for a smooth forecast: give a smaller field, or fewer rings")
-    report(1.0)
+    done(len(runs) + 1, len(runs) + 1)
     pick = np.max if robust == "worst" else np.mean
-    room = search.look(place[:count], choice)[2]
-    scene, camera = job.made(design, job.moved[job.target].value)
+    room = search.evaluate(place[:count], choice)[2]
+    scene, camera = task.bench_of(design, task.moved[task.target].value)
     return Design(
-        job.target,
-        job.moved[job.target].unit,
-        tuple(job.over.tolist()),
-        dict(zip(job.names, design.tolist(), strict=True)),
-        {name: knob.unit for name, knob in job.numbers.items()},
-        dict(zip(job.names, job.before.tolist(), strict=True)),
+        task.target,
+        task.moved[task.target].unit,
+        tuple(task.over.tolist()),
+        dict(zip(task.names, design.tolist(), strict=True)),
+        {name: knob.unit for name, knob in task.numbers.items()},
+        dict(zip(task.names, task.before.tolist(), strict=True)),
         float(pick(np.exp(outcome.total))),
         float(pick(np.exp(outcome.noise))),
-        _as_it_was(job, judge, bench, pick),
+        _sd_at_the_start(task, judge, bench, pick),
         scene,
         camera,
         search.bindings(place, choice),
@@ -177,7 +135,7 @@ def _best(job: Job, limits: Limits, robust: str, starts: int, seed: int, report:
     )
 
 
-def _as_it_was(job: Job, judge: Layout, bench: Bench, pick) -> float | None:
-    outcome = forecast(judge, bench, job.before, job.over)
+def _sd_at_the_start(task: DesignTask, judge: Layout, bench: Bench, pick) -> float | None:
+    outcome = forecast(judge, bench, task.before, task.over)
     within = np.all(outcome.used <= 1 + BINDS) and np.all(np.isfinite(outcome.total))
     return float(pick(np.exp(outcome.total))) if within else None

@@ -5,32 +5,41 @@ from dataclasses import replace
 import numpy as np
 
 from fitting.designs.prospects import FIELD, Bench, Layout, Limits
-from fitting.parameters import Knob, ParameterSpec, check_not_free, chosen, knobs, relative_or_absolute_sd, still
-from fitting.studies import free_beside
+from fitting.parameters import (
+    Knob,
+    ParameterSpec,
+    check_not_free,
+    chosen,
+    knobs,
+    relative_or_absolute_sd,
+    still,
+    target_first,
+)
 from newtonjax.scene import Camera, Scene, middle
 
 
-class Job:
+class DesignTask:
     """What is asked for, checked and by position."""
 
-    def __init__(self, scene, camera, vary, choose, target, free, held_sds, over):
-        self.scene, self.camera, self.vary, self.choose, self.target = scene, camera, vary, choose, target
+    def __init__(self, scene, camera, vary, choose, target, free, given_sd, over):
+        self.scene, self.camera, self.vary, self.choose = scene, camera, vary, choose
         every_knob = knobs(scene, camera)
+        self.free = target_first(every_knob, target, free)
+        target, *_ = self.free
+        self.target = target
         self.names = (*vary, *choose)
         may_vary = with_field(camera, every_knob)
         if not vary and not choose:
             raise ValueError(f"nothing varies; allowed: {', '.join(may_vary)}")
         if twice := (set(vary) & set(choose)) | ({target} & set(self.names)):
-            raise ValueError(f"{sorted(twice)[0]} cannot be varied here: it has another part already")
+            raise ValueError(f"{sorted(twice)[0]} is given twice (target, vary, choose); give it once")
         self.numbers = chosen(may_vary, self.names)
-        self.free = free_beside(target, free, every_knob)
-        check_not_free(held_sds, self.free)
-        held = tuple(held_sds)
-        self.moved = chosen(every_knob, (*self.free, *held))
-        of_held = [relative_or_absolute_sd(self.moved[name], sd) for name, sd in held_sds.items()]
-        self.relative = tuple(share for share, _ in of_held)
-        self.deviations = tuple(sd for _, sd in of_held)
-        self.held = held
+        check_not_free(given_sd, self.free)
+        self.given = tuple(given_sd)
+        self.moved = chosen(every_knob, (*self.free, *self.given))
+        deviations = [relative_or_absolute_sd(self.moved[name], sd) for name, sd in given_sd.items()]
+        self.relative = tuple(is_relative for is_relative, _ in deviations)
+        self.deviations = tuple(sd for _, sd in deviations)
         for name, (low, high) in vary.items():
             if not -np.inf < low < high < np.inf:
                 raise ValueError(f"{name} varies from {low} to {high}; allowed: a low and a higher finite number")
@@ -43,7 +52,7 @@ class Job:
                     raise ValueError(f"{knob.name} is to be {value}; allowed: {side} zero")
         of_scene = self.moved[target].value
         if over is not None and self.moved[target].move is still:
-            raise ValueError(f"over: {target} is of the image alone, and is what it is; leave it out")
+            raise ValueError(f"over: {target} is a property of the image and cannot be varied; omit over")
         self.over = np.array([of_scene] if over is None else over, dtype=float)
         if self.over.ndim != 1 or not len(self.over) or not np.all(np.isfinite(self.over) & (self.over != 0)):
             raise ValueError(f"over is {over!r}; allowed: values of the {target}, none of them 0")
@@ -66,7 +75,7 @@ class Job:
         moves = tuple((knob.name, knob.move) for knob in self.moved.values())
         return Layout(varied, moves, len(self.free), tuple(self.relative), nodes, samples, shifts)
 
-    def made(self, design: np.ndarray, target: float) -> tuple[Scene, Camera]:
+    def bench_of(self, design: np.ndarray, target: float) -> tuple[Scene, Camera]:
         """The bench of a design, its camera cropped to the field."""
         scene, camera = self.scene, self.camera
         for varied, value in zip(self.numbers.values(), design, strict=True):

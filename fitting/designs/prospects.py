@@ -46,7 +46,7 @@ class Limits(NamedTuple):
     """Pixels to a fringe at least; share of the full well at most; rings in the field, at least and at most."""
 
     pixels_per_fringe: float
-    fill: float
+    fill_fraction: float
     rings_least: float
     rings_most: float
 
@@ -234,7 +234,7 @@ def _used(limits: Limits, camera: Camera, outlook: _Seen, fields: Jet, onto) -> 
         [
             outlook.field / outlook.size * (1 / min(camera.shape)),
             outlook.size * steepest * limits.pixels_per_fringe,
-            brightest * (1 / (limits.fill * camera.full_well)),
+            brightest * (1 / (limits.fill_fraction * camera.full_well)),
             limits.rings_least / rings,
             rings * (1 / limits.rings_most),
         ],

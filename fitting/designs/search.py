@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize, nnls
 
-from fitting.designs.job import Job
+from fitting.designs.job import DesignTask
 from fitting.designs.prospects import LIMITS, Bench, Layout, prospects
 from fitting.studies import UndeterminedError
 
@@ -30,21 +30,21 @@ class Binding:
 class Search:
     """Designs by their place in the bounds, 0 to 1 in each (by ratios where a bound is positive)."""
 
-    def __init__(self, job: Job, layout: Layout, bench: Bench, robust: str):
-        self.job, self.layout, self.bench = job, layout, bench
-        bounds = np.array(list(job.vary.values())).reshape(-1, 2)
+    def __init__(self, task: DesignTask, layout: Layout, bench: Bench, robust: str):
+        self.task, self.layout, self.bench = task, layout, bench
+        bounds = np.array(list(task.vary.values())).reshape(-1, 2)
         self.low, self.high = bounds.T
         self.ratio = (self.low > 0) & (self.high > 2 * self.low)
         self.base = np.where(self.ratio, self.low, 1.0)
         self.factor = np.where(self.ratio, self.high / self.base, 2.0)
-        self.worst = robust == "worst" and len(job.over) > 1
+        self.worst = robust == "worst" and len(task.over) > 1
         self.evaluations = 0
 
     def design(self, place: np.ndarray, choice: tuple[float, ...]) -> np.ndarray:
         by_ratio = self.base * self.factor**place
         return np.concatenate([np.where(self.ratio, by_ratio, self.low + (self.high - self.low) * place), choice])
 
-    def place(self, design: np.ndarray) -> np.ndarray:
+    def to_unit(self, design: np.ndarray) -> np.ndarray:
         """Of a design, or what lies next to it in the bounds."""
         inside = np.clip(design[: len(self.low)], self.low, self.high)
         by_ratio = np.log(np.where(self.ratio, inside / self.base, 1.0)) / np.log(self.factor)
@@ -55,13 +55,13 @@ class Search:
         design = self.design(place, ())
         return np.where(self.ratio, design * np.log(self.factor), self.high - self.low)
 
-    def look(self, place: np.ndarray, choice: tuple[float, ...]):
+    def evaluate(self, place: np.ndarray, choice: tuple[float, ...]):
         """Logarithms of deviations [targets] and rooms, -log of what is used of each limit; with slopes by place.
 
-        Raises ArithmeticError where there is no number: beams miss the field, or nothing is told.
+        Raises ArithmeticError where there is no number: beams miss the field, or nothing is determined.
         """
         self.evaluations += 1
-        value, slope = prospects(self.layout, self.bench, self.design(place, choice), self.job.over)
+        value, slope = prospects(self.layout, self.bench, self.design(place, choice), self.task.over)
         count, step = len(place), self.step(place)
         total, used = value.total, value.used
         by = slope.total[:, :count] * step, slope.used[..., :count] * step
@@ -75,7 +75,7 @@ class Search:
 
     def problem(self, place: np.ndarray, choice: tuple[float, ...]):
         """Objective and constraints (0 or more) with slopes; the worst deviation is one more variable over all."""
-        total, by_total, room, by_room = self.look(place[: len(self.low)], choice)
+        total, by_total, room, by_room = self.evaluate(place[: len(self.low)], choice)
         if not self.worst:
             share = np.exp(total - total.max())
             mean = np.log(share.mean()) + total.max()
@@ -96,7 +96,7 @@ class Search:
         bounds = [(0.0, 1.0)] * len(start)
         try:
             if self.worst:
-                start = np.append(start, self.look(start, choice)[0].max())
+                start = np.append(start, self.evaluate(start, choice)[0].max())
                 bounds.append((-np.inf, np.inf))
             end = start
             if len(self.low):
@@ -125,7 +125,7 @@ class Search:
         for k in np.flatnonzero(room < 10 * BINDS):
             columns.append(by_room[k])
             names.append(None if k < targets else (LIMITS[k - targets], "limit", 1.0))
-        for k, name in enumerate(self.job.vary):
+        for k, name in enumerate(self.task.vary):
             size = (abs(design[k]) or self.high[k] - self.low[k]) / step[k]
             if min(place[k], 1 - place[k]) < BINDS:
                 low = place[k] < 0.5
@@ -139,21 +139,22 @@ class Search:
             for name, gain in zip(names, gains, strict=True)
             if name is not None and gain * name[2] > 1e-4
         )
-        return tuple(sorted(holding, key=lambda one: -one.gain))
+        return tuple(sorted(holding, key=lambda binding: -binding.gain))
 
 
-def none_found(search: Search, runs) -> ValueError:
+def infeasible(search: Search, runs) -> ValueError:
     """What to raise: which limit is furthest from being met where it is best met."""
     best, name = np.inf, ""
     for point, choice in runs:
         try:
-            room = search.look(point, choice)[2]
+            room = search.evaluate(point, choice)[2]
         except ArithmeticError:
             continue
         if -room.min() < best:
             best, name = -room.min(), LIMITS[int(np.argmin(room))]
     if not name:
         return UndeterminedError(
-            "no start gives an image that tells the target: a beam misses the field, or a number is undetermined"
+            f"no starting design determines {search.task.target}: "
+            "a beam misses the field, or a parameter is undetermined"
         )
     return ValueError(f"no design within the bounds meets the limits: {name} stays exceeded; widen bounds or limits")

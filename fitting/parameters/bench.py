@@ -44,10 +44,12 @@ class Knob:
 
 
 def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
-    """What can be moved by name: what every bench of a gap has, and the radius where one face of it is curved.
+    """What can be moved by name: what every bench of a gap has; the radius where one face of it is curved, the wedge
+    angle where both are plane and not parallel.
 
     "screen" is its distance from the face that light leaves through. "plate_tilt_x" and "plate_tilt_y" turn all
-    faces below the gap as one, about the vertex of the uppermost. "stray" is light that adds to the image [incident
+    faces below the gap as one, about the vertex of the uppermost; so does
+    "wedge_angle", about the wedge's edge. "stray" is light that adds to the image [incident
     irradiance], "contrast" that of the fringes over the scene's own: they belong to the image, and move neither
     scene nor camera.
     """
@@ -72,8 +74,9 @@ def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
     for axis, name in enumerate("xy"):
         present += [
             _knob(f"light_tilt_{name}", float(scene.light.tilt[axis]), _light(axis), 1e-3),
-            _knob(f"plate_tilt_{name}", float(scene.surfaces[lower].tilt[axis]), _plate(lower, axis), 1e-3),
+            _knob(f"plate_tilt_{name}", float(scene.surfaces[lower].tilt[axis]), _plate(lower, *np.eye(2)[axis]), 1e-3),
         ]
+    present += _wedge_angle(scene, upper)
     try:
         face = curved_surface(scene)
     except ValueError:
@@ -93,7 +96,7 @@ def chosen(present: dict[str, Knob], names: tuple[str, ...]) -> dict[str, Knob]:
         why = " (no face of its gap is curved)" if "radius" in absent and "radius" not in present else ""
         near = get_close_matches(absent[0], present, 1)
         meant = f", perhaps {near[0]}" if near else ""
-        raise ValueError(f"{absent[0]!r} is no number of this scene{why}; allowed: {', '.join(present)}{meant}")
+        raise ValueError(f"{absent[0]!r} is not a number of this scene{why}; allowed: {', '.join(present)}{meant}")
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise ValueError(f"{twice[0]} is named twice; give each number at most once")
     if not names:
@@ -178,13 +181,25 @@ def _light(axis: int):
     return move
 
 
+def _wedge_angle(scene: Scene, upper: int) -> list[Knob]:
+    """The angle between the plane faces of a gap; none where a face is curved, or they are parallel."""
+    faces = scene.surfaces[upper : upper + 2]
+    x, y = (float(below - above) for above, below in zip(faces[0].tilt, faces[1].tilt, strict=True))
+    angle = float(np.hypot(x, y))
+    if not angle or any(float(face.curvature) for face in faces):
+        return []
+    return [_knob("wedge_angle", angle, _plate(upper + 1, x / angle, y / angle))]
+
+
 @cache
-def _plate(lower: int, axis: int):
+def _plate(lower: int, along_x: float, along_y: float):
+    """Turn everything below a gap about an axis of these parts along x and y."""
+
     def move(scene, camera, by):
         pivot = scene.surfaces[lower].vertex
         changed = []
         for surface in scene.surfaces[lower:]:
-            tilt, offset = surface.tilt + np.eye(2)[axis] * by, surface.vertex - pivot
+            tilt, offset = surface.tilt + np.array([along_x, along_y]) * by, surface.vertex - pivot
             turned = [new * dot(old, offset) for new, old in zip(frame(tilt), frame(surface.tilt), strict=True)]
             changed += [pivot + turned[0] + turned[1] + turned[2], tilt]
         return eqx.tree_at(_below, scene, changed), camera

@@ -3,12 +3,17 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
-from fitting.parameters.deviations import Deviation, absolute_sd
 from fitting.parameters.table import TABLE
+from newtonjax.scene import RELATIVE_SD
 
+# What may be 0, and have a deviation all the same.
+_ABOUT_ZERO = ("angle",)
+# A standard deviation: a number in the unit of what it belongs to, or a text such as "0.1%".
+Deviation = float | int | str
 # ln k = Σ exponent ln quantity, for the fringe scale k = n s² / (R λ).
 EXPONENTS = {"radius": -1, "wavelength": -1, "pixel_size": 2, "gap_index": 1}
 
@@ -30,6 +35,41 @@ def check_quantity(name: str, value, kind: str = "") -> None:
     low, high = spec.bounds
     if value is not None and not low <= number(name, value) <= high:
         raise ValueError(f"{name} is {value}; allowed: {low:g} to {high:g}{spec.in_unit}")
+
+
+def absolute_sd(name: str, sd: Deviation | None, value: Any) -> float | None:
+    """The standard deviation of a given quantity, in its unit; None where there is none.
+
+    Raises ValueError for what is not a standard deviation, for one of a quantity that is not given, and for more than a
+    quarter of its value.
+    """
+    if sd is None:
+        return None
+    is_relative, size = read_sd(sd)
+    if not 0 <= size < np.inf:
+        raise ValueError(f'{name}_sd is {sd}; allowed: zero or a positive number in SI units, or a text such as "0.1%"')
+    if size and value is None:
+        raise ValueError(f"{name}_sd is given without {name}; give both, or neither")
+    if value is None:
+        return size
+    if is_relative and size and not float(value):
+        raise ValueError(f"{name}_sd is {sd} of {name}, which is 0; give {name}_sd in SI units")
+    absolute = size * abs(float(value)) if is_relative else size
+    if name not in _ABOUT_ZERO and absolute > RELATIVE_SD * abs(float(value)):
+        raise ValueError(
+            f"{name}_sd is {sd} of {name}, {float(value):g}; allowed: up to a quarter of it; check the units"
+        )
+    return absolute
+
+
+def read_sd(sd: Any) -> tuple[bool, float]:
+    """Whether it is a percentage, and its size: a fraction then; NaN for what is not a number."""
+    text = sd.strip() if isinstance(sd, str) else ""
+    is_relative = text.endswith("%")
+    try:
+        return is_relative, 0.01 * float(text[:-1]) if is_relative else float(np.asarray(sd).item())
+    except (TypeError, ValueError):
+        return is_relative, np.nan
 
 
 def checked_fixed(fixed) -> dict:

@@ -21,6 +21,10 @@ from fitting.report import output
 
 # What two results may differ in and still say the same.
 _OF_THE_RUN = ("seconds", "origin")
+# Arguments that change nothing of an answer.
+_OF_THE_CALL = ("progress", "path")
+# Arrays of more numbers than this are named by their type in an origin.
+_SHORT = 100
 # Two-sided 95 % of a normal distribution.
 _COVERAGE = 1.959963984540054
 
@@ -32,7 +36,8 @@ Arguments = ParamSpec("Arguments")
 class Origin(NamedTuple):
     """What a result was made from.
 
-    - `file`: its name, None for an array; `sha256`: of the file's bytes, or of the array's in rows.
+    - `file`: its name, None for an array or a scene; `sha256`: of the file's bytes, of the array's in rows, or of the
+      TOML of scene and camera.
     - `given`: the arguments that were given, by name; what JSON cannot hold is named by its type.
     - `version`: of newtonjax; `date`: of the call, ISO 8601 with its offset from UTC.
     """
@@ -51,20 +56,21 @@ def says_its_origin(verb: Callable[Arguments, Result]) -> Callable[Arguments, Re
     @functools.wraps(verb)
     def with_origin(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
         source = args[0] if args else kwargs.get(first)
-        origin = _origin_of(source, {name: value for name, value in kwargs.items() if name != first})
+        file = Path(source) if isinstance(source, str | Path) else None
+        # What is not there, or cannot be read, the verb itself refuses.
+        data = (file.read_bytes() if file.is_file() else b"") if file else _bytes_of(source)
+        origin = origin_of(data, {name: value for name, value in kwargs.items() if name != first}, file)
         return replace(verb(*args, **kwargs), origin=origin)  # pyright: ignore[reportArgumentType]  # a dataclass
 
     return with_origin
 
 
-def _origin_of(source: Any, arguments: Mapping[str, Any]) -> Origin:
-    file = Path(source) if isinstance(source, str | Path) else None
-    # What is not there, or cannot be read, the verb itself refuses.
-    data = (file.read_bytes() if file.is_file() else b"") if file else _bytes_of(source)
+def origin_of(data: Any, arguments: Mapping[str, Any], file: Path | None = None) -> Origin:
+    """The origin of a result that was made of these bytes with these arguments, just now."""
     return Origin(
         file.name if file else None,
         hashlib.sha256(data).hexdigest(),
-        {name: _as_json(value) for name, value in arguments.items() if value is not None},
+        {name: _as_json(value) for name, value in arguments.items() if value is not None and name not in _OF_THE_CALL},
         version("newtonjax"),
         datetime.now(UTC).isoformat(timespec="seconds"),
     )
@@ -87,8 +93,8 @@ def _as_json(value: Any) -> Any:
         return [_as_json(item) for item in value]
     if isinstance(value, str | bool | int | float | None):
         return value
-    if np.ndim(value) == 0 and hasattr(value, "item"):
-        return value.item()
+    if hasattr(value, "tolist") and np.size(value) <= _SHORT:
+        return np.asarray(value).tolist()
     return str(value) if isinstance(value, Path) else type(value).__name__
 
 

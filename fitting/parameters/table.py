@@ -58,6 +58,7 @@ _SPECS = (
     ParameterSpec("exposure", "N", "photoelectrons", positive=True),
     ParameterSpec("stray", "b"),
     ParameterSpec("contrast", "C", positive=True),
+    ParameterSpec("wedge_angle", "α", "rad", positive=True),
     ParameterSpec("light_tilt_x", "α", "rad"),
     ParameterSpec("light_tilt_y", "β", "rad"),
     ParameterSpec("plate_tilt_x", "α", "rad"),

@@ -12,6 +12,7 @@ import emcee
 import jax
 import numpy as np
 
+from fitting.parameters import Progress, progress_of
 from fitting.photograph import FitResult
 from fitting.sampling.chain import Chain, chain_of
 from fitting.sampling.density import Posterior, in_blocks, log_density, posterior
@@ -36,8 +37,8 @@ def sample(
     steps: int = 2000,
     seed: int = 0,
     sampler: str = "emcee",
-    file: str | Path | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    path: str | Path | None = None,
+    progress: Progress = None,
 ) -> Chain:
     """Draw from the posterior of a fit.
 
@@ -51,23 +52,25 @@ def sample(
       steps: of every walker, burn-in included.
       seed: of the random numbers.
       sampler: "emcee", or "nuts" (Hoffman and Gelman 2014; the extra `nuts`).
-      file: an HDF5 file (emcee's backend) that keeps every step; where it is there already, the chain goes on from it.
-      progress: called with the steps done and their number.
+      path: an HDF5 file (emcee's backend) for every step; an existing file of the same fit is continued.
+      progress: True for a bar on the terminal, or a function of (steps done, their number).
 
     Raises ValueError for a result without a fit, too few walkers or steps, and a file of another fit.
 
     """
+    if not isinstance(result, FitResult):
+        raise ValueError(f"result is a {type(result).__name__}; allowed: what fitting.fit returned")
     if result.evidence is None:
         raise ValueError(f"the fit has no posterior: it is {result.status}; {result.message}")
     if sampler not in ("emcee", "nuts"):
         raise ValueError(f"sampler is {sampler!r}; allowed: 'emcee' or 'nuts'")
-    if sampler == "nuts" and file is not None:
-        raise ValueError("file is emcee's; leave it out with sampler='nuts'")
+    if sampler == "nuts" and path is not None:
+        raise ValueError("path is for sampler='emcee'; leave it out with sampler='nuts'")
     if steps < 8:
         raise ValueError(f"steps is {steps}; allowed: at least 8")
     fitted, quantities, variance, covariance = result.evidence
     if quantities.plate is not None:
-        raise ValueError("a chain holds the rings' own radius; fit without plate_radius, and take the plate off after")
+        raise ValueError("sample cannot include plate_radius; fit without it, and correct the radius afterwards")
     with x64():
         target = posterior(fitted, quantities, variance, covariance)
         if sampler == "nuts":
@@ -78,7 +81,8 @@ def sample(
         walkers = 32 if walkers is None else walkers
         if walkers < 2 * target.dimensions + 2:
             raise ValueError(f"walkers is {walkers}; allowed: at least {2 * target.dimensions + 2} here")
-        ensemble = _ensemble(target, walkers, steps, seed, file, progress)
+        with progress_of(progress, "drawing from the posterior") as done:
+            ensemble = _ensemble(target, walkers, steps, seed, path, done)
         burned = ensemble.iteration // 4
         points, log_prob = (np.asarray(get(discard=burned)) for get in (ensemble.get_chain, ensemble.get_log_prob))
         if len(points) < 8:
@@ -86,9 +90,9 @@ def sample(
         return chain_of(target, fitted, quantities, points, log_prob, float(np.mean(ensemble.acceptance_fraction)))
 
 
-def _ensemble(target: Posterior, walkers: int, steps: int, seed: int, file, progress) -> emcee.EnsembleSampler:
+def _ensemble(target: Posterior, walkers: int, steps: int, seed: int, path, done) -> emcee.EnsembleSampler:
     """The sampler after its steps, or those that there was time for."""
-    backend = None if file is None else _backend(Path(file), target, walkers)
+    backend = None if path is None else _backend(Path(path), target, walkers)
     # The sampler moves half of the walkers at a time.
     densities = partial(in_blocks, log_density, target, size=(walkers + 1) // 2)
     ensemble = emcee.EnsembleSampler(
@@ -108,8 +112,7 @@ def _ensemble(target: Posterior, walkers: int, steps: int, seed: int, file, prog
     try:
         with _between_steps() as interrupted:
             for _ in ensemble.sample(state, iterations=max(steps - ensemble.iteration, 0)):
-                if progress is not None:
-                    progress(ensemble.iteration, steps)
+                done(ensemble.iteration, steps)
                 if interrupted():
                     raise KeyboardInterrupt
     except KeyboardInterrupt:
@@ -155,9 +158,9 @@ def _backend(file: Path, target: Posterior, walkers: int) -> emcee.backends.HDFB
             with h5py.File(file) as there:
                 before = there.attrs["fit"], tuple(there["mcmc/chain"].shape[1:])  # pyright: ignore[reportAttributeAccessIssue]  # h5py's types leave open what a name holds
         except (OSError, KeyError, AttributeError) as error:
-            raise ValueError(f"{file} is no chain of ours; name another file") from error
+            raise ValueError(f"{file} is not a chain written by newtonjax; give another path") from error
         if before != (mark, (walkers, target.dimensions)):
-            raise OtherChainError(f"{file} holds the chain of another fit or of other walkers; name another file")
+            raise OtherChainError(f"{file} holds the chain of another fit or of other walkers; give another path")
         return backend
     backend.reset(walkers, target.dimensions)
     with h5py.File(file, "a") as there:
@@ -169,7 +172,8 @@ def _inside(densities: Callable[[np.ndarray], np.ndarray], points: np.ndarray) -
     """Points drawn together about the optimum until each has a density: a wide posterior ends where the moments do."""
     if not np.isfinite(densities(np.zeros((1, points.shape[1])))).all():
         raise ValueError(
-            "the fit's own optimum has no density: it did not settle; mask what is not rings, or give start"
+            "the posterior density is zero at the fitted optimum: the fit has not converged; "
+            "mask what is not rings, or give start"
         )
     while not np.isfinite(densities(points)).all():
         points = points / 2

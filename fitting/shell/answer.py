@@ -3,6 +3,7 @@
 import io
 import sys
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -88,6 +89,11 @@ def _texts(result, extras: Extras) -> tuple[str, str]:
     """The answer as JSON, and the report."""
     text = result.report() + extras.text
     return output.json_text({**result.to_dict(), **extras.answer}), text
+
+
+def with_file(result, path: Path):
+    """A result of a study, with the name of the scene's file in its origin."""
+    return replace(result, origin=result.origin._replace(file=path.name))
 
 
 def as_png(figure) -> bytes:

@@ -2,7 +2,7 @@
 
 from fitting.shell import quantities
 
-_EXAMPLES = {"--vary": "400nm:700nm", "--known": "0.1nm", "--choose": "532nm,589.3nm"}
+_EXAMPLES = {"--vary": "400nm:700nm", "--sd": "0.1nm", "--choose": "532nm,589.3nm"}
 
 
 def pairs(option: str, texts: list[str]) -> list[tuple[str, str]]:
@@ -29,7 +29,7 @@ def span(name: str, text: str, units: dict[str, str]) -> tuple[float, float]:
 def number(name: str, text: str, units: dict[str, str]) -> float:
     """A number in the unit that its name has. Raises ValueError for names and texts that are none."""
     if name not in units:
-        raise ValueError(f"{name!r} is no number of this scene; allowed: {', '.join(units)}")
+        raise ValueError(f"{name!r} is not a number of this scene; allowed: {', '.join(units)}")
     if units[name] == "m":
         return quantities.length(text)
     if units[name] == "rad":
@@ -40,6 +40,6 @@ def number(name: str, text: str, units: dict[str, str]) -> float:
         raise ValueError(f"{name}={text}: give a plain number{f' of {units[name]}' if units[name] else ''}") from None
 
 
-def known(texts: list[str], units: dict[str, str]) -> dict[str, float | str]:
+def deviations(texts: list[str], units: dict[str, str]) -> dict[str, float | str]:
     """Standard deviations by name: in the unit of the number, or as a percentage of it."""
-    return {name: text if text.endswith("%") else number(name, text, units) for name, text in pairs("--known", texts)}
+    return {name: text if text.endswith("%") else number(name, text, units) for name, text in pairs("--sd", texts)}

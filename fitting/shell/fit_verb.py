@@ -11,7 +11,7 @@ import fitting
 from fitting.shell import scale_verb, session, stopping
 from fitting.shell.answer import Extras, Outputs, as_png
 from fitting.shell.lamps import Wavelength
-from fitting.shell.progress import progress, steps
+from fitting.shell.progress import progress
 
 
 class Given(NamedTuple):
@@ -58,14 +58,13 @@ def _chain(result, outputs: Outputs):
     file = None if outputs.folder is None else outputs.folder / "chain.h5"
     if file is not None:
         stopping.keep(file, "the same command with --force goes on with it", WRITING)
-    with steps("drawing from the posterior") as report:
-        try:
-            return fitting.sample(result, file=file, progress=report)
-        except OtherChainError:
-            if file is None or not outputs.force:
-                raise
-            file.unlink()
-            return fitting.sample(result, file=file, progress=report)
+    try:
+        return fitting.sample(result, path=file, progress=True)
+    except OtherChainError:
+        if file is None or not outputs.force:
+            raise
+        file.unlink()
+        return fitting.sample(result, path=file, progress=True)
 
 
 def _extras(result, photo: Path, chain) -> Extras:

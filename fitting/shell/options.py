@@ -29,7 +29,7 @@ def one_by_one(arguments: list[str]) -> list[str]:
     separated, option = [], ""
     for argument in arguments:
         if argument.startswith("-"):
-            option = argument if argument in ("--vary", "--known", "--choose") else ""
+            option = argument if argument in ("--vary", "--sd", "--choose") else ""
         elif option and "=" in argument and separated[-1] != option:
             separated.append(option)
         separated.append(argument)

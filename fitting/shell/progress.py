@@ -1,10 +1,10 @@
 """A line on the terminal for what takes longer than a second; it says when JAX is compiling."""
 
+import os
+import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-
-from fitting.parameters import on_a_terminal
 
 PATIENCE = 1.0
 _COMPILING = "/jax/compilation_cache/compile_requests_use_cache"
@@ -14,7 +14,8 @@ _COMPILED = "/jax/core/compile/backend_compile_duration"
 @contextmanager
 def progress(task: str) -> Iterator[None]:
     """Show `task` on stderr from the first second on until the block ends; nothing where stderr is no terminal."""
-    if not on_a_terminal():
+    # As rich decides it, without its import where nothing is to be shown.
+    if not (sys.stderr.isatty() or os.environ.get("FORCE_COLOR")):
         yield
         return
     from rich.console import Console
@@ -32,20 +33,6 @@ def progress(task: str) -> Iterator[None]:
         timer.cancel()
         timer.join()
         status.stop()
-
-
-@contextmanager
-def steps(task: str) -> Iterator[Callable[[int, int], None]]:
-    """A bar on stderr for a task of known length: call what it yields with the steps done and their number."""
-    if not on_a_terminal():
-        yield lambda *_: None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        line = bar.add_task(task, total=None)
-        yield lambda done, total: bar.update(line, completed=done, total=total)
 
 
 @contextmanager

@@ -12,13 +12,13 @@ from fitting.report import output
 _ROW = "draw"
 
 
-class Kept:
-    """A file of what was found at rows of numbers, which may end before the rows do.
+class DrawsFile:
+    """A file of a target at rows of given numbers, which may end before the rows do.
 
-    `columns`: the rows, by number; `target`: the name of what is found there; `units`: of all; `study`: texts that say
-    what they are. `found`: what the file has already.
+    `columns`: the rows, by number; `target`: the name of the measured number; `units`: of all; `study`: texts that say
+    what they are. `targets`: what the file has already.
 
-    Raises ValueError where the file is of another study, or no such file.
+    Raises ValueError where the file is of another study, or not a file of draws.
     """
 
     def __init__(
@@ -30,9 +30,9 @@ class Kept:
         study: dict[str, str],
     ):
         self.path, self.columns, self.target, self.units, self.study = path, columns, target, units, study
-        self.found = self._read() if path.exists() else np.zeros(0)
+        self.targets = self._read() if path.exists() else np.zeros(0)
 
-    def write(self, targets: Float[np.ndarray, " found"]) -> None:
+    def write(self, targets: Float[np.ndarray, " fits"]) -> None:
         """A whole file or none."""
         content = io.BytesIO()
         with netcdf_file(content, "w") as file:
@@ -46,13 +46,13 @@ class Kept:
             file.flush()
             output.write(self.path, content.getvalue(), force=True)
 
-    def _read(self) -> Float[np.ndarray, " found"]:
+    def _read(self) -> Float[np.ndarray, " fits"]:
         try:
             with netcdf_file(str(self.path), "r", mmap=False) as file:
                 same = all(getattr(file, name, b"") == text.encode() for name, text in self.study.items())
                 columns = {name: np.array(column[:], dtype=float) for name, column in file.variables.items()}
         except (TypeError, ValueError, IndexError, KeyError, AttributeError, OverflowError, OSError) as error:
-            raise ValueError(f"{self.path} is no file of draws ({error}); {_ELSE}") from None
+            raise ValueError(f"{self.path} is not a file of draws ({error}); {_ELSE}") from None
         targets = columns.get(self.target, np.zeros(0))
         rows = {name: values[: len(targets)] for name, values in self.columns.items()}
         if not (same and all(np.array_equal(columns.get(name, np.zeros(0)), values) for name, values in rows.items())):

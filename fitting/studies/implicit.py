@@ -14,36 +14,36 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from fitting.parameters import chosen, knobs
+from fitting.parameters import chosen, free_names, knobs
 from fitting.studies import gauss_newton, traced_fit
-from fitting.studies.fisher import FREE, fine_nodes
+from fitting.studies.fisher import fine_nodes
 from fitting.studies.gauss_newton import Problem, problem
 from newtonjax.methods import Chebyshev
 from newtonjax.numerics import is_concrete, require_x64, x64
 from newtonjax.scene import Camera, Scene
 
 
-class Measured(NamedTuple):
-    """What a fit found.
+class Measurement(NamedTuple):
+    """The numbers that a fit determined.
 
-    - `numbers`: by name, in their units; NaN where the fit did not converge, or the image does not tell them all.
-    - `misfit`: half the sum of squared residuals over the pixels' noise; half the pixels' number where noise is all.
-    - `converged`: to numbers that the image tells.
+    - `numbers`: by name, in their units; NaN where the fit did not converge, or the image does not determine them all.
+    - `chi2`: the sum of squared residuals over the pixels' variance; the number of pixels where noise is all.
+    - `converged`: to numbers that the image determines.
     """
 
     numbers: dict[str, Float[Array, ""]]
-    misfit: Float[Array, ""]
+    chi2: Float[Array, ""]
     converged: Bool[Array, ""]
 
 
 def measurement(
     scene: Scene,
     camera: Camera,
-    free: Sequence[str] = FREE,
     *,
+    free: Sequence[str] | None = None,
     noise: float | None = None,
     method: Chebyshev | None = None,
-) -> Callable[..., Measured]:
+) -> Callable[..., Measurement]:
     """A function that measures images of a bench, differentiable in the image and in what is assumed of the bench.
 
     It is called as `measure(image, wavelength=..., pixel_size=..., ...)`: the image [rows, columns] in incident
@@ -53,19 +53,19 @@ def measurement(
 
     Args:
       scene, camera: where the search starts, and all that is assumed; one gap with two faces.
-      free: the numbers that are found.
+      free: the numbers that are determined; None for what `fit` determines of such a scene, as in `information`.
       noise: as in `information`; the weights are those of the scene's own image.
       method: the nodes; None for as many as keep 1e-8 of the intensity, and 17 at least.
 
     The search is local, by Gauss and Newton's method: the image's fringes must be within half a turn of the scene's.
-    What is assumed may move them by more, since the fit follows it in stages. `fit` finds rings from nothing.
+    What is assumed may move them by more, since the fit follows it in stages. `fit` finds rings without a start.
 
     Raises ValueError for numbers that the scene does not have or that come twice, here and when called; when called,
     for an image of another shape, and RuntimeError within a transformation in float32.
 
     """
     numbers = knobs(scene, camera)
-    free_knobs = chosen(numbers, tuple(free))
+    free_knobs = chosen(numbers, free_names(numbers, free))
     nodes = (fine_nodes(scene, camera) if method is None else method).nodes
 
     @cache
@@ -74,11 +74,11 @@ def measurement(
             scene, camera, list(chosen(numbers, (*free_knobs, *held)).values()), len(free_knobs), noise, nodes
         )
 
-    def measure(image, **assumed) -> Measured:
+    def measure(image, **assumed) -> Measurement:
         if np.shape(image) != camera.shape:
             raise ValueError(f"the image has shape {np.shape(image)}; allowed: the camera's, {camera.shape}")
         if twice := set(assumed) & set(free_knobs):
-            raise ValueError(f"{', '.join(sorted(twice))} is free: it is found, not assumed")
+            raise ValueError(f"{', '.join(sorted(twice))} is free: it is determined, not assumed")
         held = chosen(numbers, tuple(assumed)) if assumed else {}
         fit = fit_with(tuple(assumed))
         deviations = [(value - held[name].value) / held[name].scale for name, value in assumed.items()]
@@ -93,9 +93,10 @@ def measurement(
         steps, misfit, converged = _differentiable(fit)(jnp.asarray(image, float) * camera.exposure, shift)
         return measured(steps, misfit, converged > 0)
 
-    def measured(steps, misfit, converged) -> Measured:
+    def measured(steps, misfit, converged) -> Measurement:
         values = [knob.value + step * knob.scale for knob, step in zip(free_knobs.values(), steps, strict=True)]
-        return Measured(dict(zip(free_knobs, map(_array, values), strict=True)), _array(misfit), _array(converged))
+        numbers = dict(zip(free_knobs, map(_array, values), strict=True))
+        return Measurement(numbers, _array(2 * misfit), _array(converged))
 
     return measure
 

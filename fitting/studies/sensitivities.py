@@ -5,117 +5,73 @@ derivatives by these and j that by the number (Angrist and Pischke 2009, Mostly 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float
 
-from fitting.parameters import Knob, chosen, knobs
-from fitting.studies.fisher import FREE, derivatives, fine_nodes, information
+from fitting.parameters import chosen, free_names, knobs, target_first
+from fitting.studies.bench_origin import says_its_bench
+from fitting.studies.fisher import derivatives, fine_nodes, information
 from fitting.studies.gauss_newton import perfect_image
 from fitting.studies.implicit import measurement
 from fitting.studies.pixel_sums import slopes_of
 from fitting.studies.refusal import UndeterminedError
+from fitting.studies.sensitivity_result import Neglected, Sensitivity
+from newtonjax.methods import Chebyshev
 from newtonjax.scene import Camera, Scene
 
 
-@dataclass(frozen=True)
-class Neglected:
-    """A number that a fit holds, and what that costs.
-
-    - `name`, `unit`, `value`: of the number.
-    - `size`: its value, or what matters of it where that is zero [`unit`].
-    - `slope`: change of the target per unit by which the number is held too large, in their units.
-    - `tolerance`: the error of the number that moves the target by the accuracy asked for; infinite where that is more
-      than 1000 times its size.
-    """
-
-    name: str
-    unit: str
-    value: float
-    size: float
-    slope: float
-    tolerance: float
-
-
-@dataclass(frozen=True)
-class Sensitivity:
-    """What `sensitivity` found. `str()` is a table, the most critical number first.
-
-    - `target`, `value`, `unit`, `accuracy`: the number that is measured, and to what [unit].
-    - `sd`: Cramér–Rao bound of the target with the free numbers unknown [unit].
-    - `free`: what the fit finds beside it; `neglected`: what it holds.
-    """
-
-    target: str
-    value: float
-    unit: str
-    accuracy: float
-    sd: float
-    free: tuple[str, ...]
-    neglected: tuple[Neglected, ...]
-
-    def __str__(self) -> str:
-        lines = [
-            f"{self.target} = {self.value:.6g} {self.unit}, noise alone {self.sd:.2g} {self.unit}; "
-            f"free with it: {', '.join(self.free) or 'nothing'}",
-            f"to know it to {self.accuracy:.2g} {self.unit} ({abs(self.accuracy / self.value):.2g} of it):",
-            f"{'':<14} {'value':>12} {'known to':>11} {'unit':<15} {self.target} per unit",
-        ]
-        if self.sd > self.accuracy:
-            lines.insert(2, "noise alone leaves more than that: take more light, pixels or rings before all else")
-        for number in self.neglected:
-            tolerance = "any" if np.isinf(number.tolerance) else f"{number.tolerance:.3g}"
-            lines.append(
-                f"{number.name:<14} {number.value:>12.6g} {tolerance:>11} {number.unit:<15} {number.slope:+.4g}"
-            )
-        return "\n".join(lines)
-
-
+@says_its_bench
 def sensitivity(
     scene: Scene,
     camera: Camera,
-    target: str = "radius",
-    accuracy: float = 1e-3,
-    free: Sequence[str] = FREE,
+    *,
+    target: str | None = None,
+    relative_accuracy: float = 1e-3,
+    free: Sequence[str] | None = None,
     noise: float | None = None,
+    method: Chebyshev | None = None,
 ) -> Sensitivity:
-    """What a fit of one number owes to each number that it holds at a value.
+    """What a fit of one number owes to each number that it holds fixed.
 
     Args:
       scene, camera: where; one gap with two faces.
-      target: the number that is measured; accuracy: to what, as a fraction of it.
-      free: what the fit finds together with it; all other numbers of `parameters.knobs` are held.
-      noise: as in `information`.
+      target: the number that is measured; None for the radius, or the wedge angle or the gap where there is none.
+      relative_accuracy: to which it shall be known, as a fraction of it.
+      free: what the fit determines with it; all other numbers of the bench are held fixed.
+      noise, method: as in `information`.
 
     The slopes are those of a fit weighted by the camera's noise, to first order: of a tilt that is 0, and of what else
     is symmetric, the target depends to second order, and nothing is said.
 
     Raises ValueError as `information` does, for an accuracy that is not positive, and for a target that is 0; and
-    UndeterminedError, a ValueError, for one that the image does not tell.
+    UndeterminedError, a ValueError, for one that the image does not determine.
 
     """
-    if not (isinstance(accuracy, int | float) and 0 < accuracy < np.inf):
-        raise ValueError(f"accuracy is {accuracy!r}; allowed: a positive fraction, such as 1e-3")
+    if not (isinstance(relative_accuracy, int | float) and 0 < relative_accuracy < np.inf):
+        raise ValueError(f"relative_accuracy is {relative_accuracy!r}; allowed: a positive fraction, such as 1e-3")
     every_knob = knobs(scene, camera)
-    free = free_beside(target, free, every_knob)
+    free = target_first(every_knob, target, free)
     chosen(every_knob, free)
-    beside = tuple(name for name in free if name != target)
+    target, *beside = free
     if not every_knob[target].value:
-        raise ValueError(f"{target} is 0 here: a fraction of it is no accuracy; take a scene in which it is not 0")
+        raise ValueError(
+            f"{target} is 0 in this scene, so a relative accuracy is undefined; use a scene in which it is not 0"
+        )
     held = tuple(name for name in every_knob if name not in free)
-    bounds = information(scene, camera, (*free, *held), noise=noise)
-    of_free = bounds.given(**dict.fromkeys(held, 0.0))
+    bounds = information(scene, camera, free=(*free, *held), noise=noise, method=method)
+    of_free = bounds.with_sd(**dict.fromkeys(held, 0.0))
     sd = of_free.sd(target)
     if not np.isfinite(sd):
         words = "; ".join(of_free.undetermined) or "too few pixels"
-        raise UndeterminedError(f"the image does not tell the {target} with {', '.join(beside) or 'it'} free: {words}")
+        raise UndeterminedError(f"the image does not determine {target} with {', '.join(beside) or 'it'} free: {words}")
     count = len(free)
     step = np.sqrt(np.maximum(np.diag(bounds.matrix), 1e-300))
     scaled = bounds.matrix / np.outer(step, step)
     # By least squares: of what is not determined they take nothing.
     moves = -np.linalg.lstsq(scaled[:count, :count], scaled[:count, count:], rcond=1e-10)[0][0]
-    allowed = accuracy * abs(every_knob[target].value)
+    allowed = relative_accuracy * abs(every_knob[target].value)
     neglected = []
     for name, by, size_by in zip(held, moves, step[count:], strict=True):
         slope = float(by * size_by / step[0])
@@ -123,31 +79,42 @@ def sensitivity(
         tolerance = allowed / abs(slope) if 1e3 * size * abs(slope) > allowed else np.inf
         neglected.append(Neglected(name, every_knob[name].unit, every_knob[name].value, size, slope, tolerance))
     neglected.sort(key=lambda number: number.tolerance / number.size)
-    unit = every_knob[target].unit
-    return Sensitivity(target, every_knob[target].value, unit, allowed, sd, beside, tuple(neglected))
-
-
-def free_beside(target: str, free: Sequence[str], every_knob: Mapping[str, Knob]) -> tuple[str, ...]:
-    """The target and what is found beside it: no radius of its own accord where a scene has none."""
-    names = (free,) if isinstance(free, str) else tuple(free)
-    return (target, *(name for name in names if name != target and (name in every_knob or free is not FREE)))
+    warnings = []
+    if sd > allowed:
+        warnings.append("noise alone exceeds the requested accuracy: increase exposure, pixels or rings first")
+    knob = every_knob[target]
+    return Sensitivity(
+        target,
+        knob.value,
+        knob.unit,
+        relative_accuracy,
+        sd,
+        tuple(beside),
+        tuple(neglected),
+        warnings=warnings,
+        images=partial(derivative_images, scene, camera),
+    )
 
 
 def refitted(
     scene: Scene,
     camera: Camera,
     shifts: Mapping[str, float],
-    free: Sequence[str] = FREE,
+    *,
+    free: Sequence[str] | None = None,
     noise: float | None = None,
 ) -> dict[str, float]:
-    """By how much the free numbers [units] move in a fit that holds some others off by `shifts` [units].
+    """By how much the free numbers [units] move in a fit that is given others too large by `shifts`
+    [units].
 
     The fit is `measurement` of the noise-free image. Raises ValueError where it does not converge, and for numbers that
     the scene does not have.
     """
-    numbers = chosen(knobs(scene, camera), (*free, *shifts))
+    present = knobs(scene, camera)
+    free = free_names(present, free)
+    numbers = chosen(present, (*free, *shifts))
     method = fine_nodes(scene, camera)
-    measure = measurement(scene, camera, free, noise=noise, method=method)
+    measure = measurement(scene, camera, free=free, noise=noise, method=method)
     image = perfect_image(scene, camera, method.nodes) / camera.exposure
     fit = measure(image, **{name: numbers[name].value + by for name, by in shifts.items()})
     if not fit.converged:

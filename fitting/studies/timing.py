@@ -2,7 +2,7 @@
 
 import tracemalloc
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from time import perf_counter
 from typing import cast
 
@@ -10,7 +10,9 @@ import jax
 import numpy as np
 
 import newtonjax as nj
-from fitting.parameters import change, curved_surface
+from fitting.parameters import Progress, change, curved_surface, progress_of
+from fitting.studies.bench_origin import says_its_bench
+from fitting.studies.tradeoff_result import MethodTiming, Tradeoff
 from newtonjax.fields import closed_fields, intensity, packed, polar
 from newtonjax.numerics import chebyshev, x64
 from newtonjax.scene import gap_of, has_tilted_sphere, node_points
@@ -23,61 +25,47 @@ _POINTS, _SIDE = 21, 192
 _RUNS, _STEPS = 5, 4
 
 
-@dataclass(frozen=True)
-class Way:
-    """One way to the image of a scene.
+@says_its_bench
+def tradeoff(scene: nj.Scene, camera: nj.Camera, *, splat: bool = False, progress: Progress = None) -> Tradeoff:
+    """Time, memory and errors of every method for a scene; rays at every pixel are the reference.
 
-    - `name`: of the method; `tolerance`: for which it was planned, None for none.
-    - `seconds`: of one image, compiled; `bytes`: of the image, and of what `render` makes in NumPy on the way.
-    - `phase_error`: largest [turns]; `intensity_error`: largest over the peak; `predicted`: what the plan says of it.
-    - `radius_bias`: relative, of a fit with this method as the model to what the reference shows; None without a phase
-      or a curved face.
-    - `note`: why something is missing, or what the method ignores.
+    Times [s] and memory [bytes] are those of the camera's own image; errors are taken on at most 192 x 192 of its
+    pixels. The bias is that of least squares on the phase, with the radius, the centre and the gap free.
+
+    Args:
+      scene, camera: what is rendered.
+      splat: the algorithm of 2021 too, which takes seconds to minutes.
+      progress: True for a bar on the terminal, or a function of (methods done, their number).
+
+    Raises ValueError for a scene that cannot be rendered.
+
     """
-
-    name: str
-    seconds: float | None
-    bytes: int | None
-    phase_error: float | None
-    intensity_error: float | None
-    predicted: float | None
-    radius_bias: float | None
-    tolerance: float | None = None
-    note: str = ""
-
-
-def tradeoff(
-    scene: nj.Scene, camera: nj.Camera, progress: Callable[[int, int], None] | None = None, splat: bool = False
-) -> list[Way]:
-    """Every method for a scene, the rays at every pixel last: these are the reference.
-
-    Times and memory are those of the camera's own image; errors are taken on at most 192 x 192 of its pixels. The bias
-    is that of least squares on the phase, with the radius, the centre and the gap free. `splat`: the algorithm of 2021
-    too, which takes long.
-    """
-    way = _Race(scene, camera)
-    jobs: list[Callable[[], Way]] = [way.formula]
+    comparison = _Comparison(scene, camera)
+    jobs: list[Callable[[], MethodTiming]] = [comparison.formula]
     plans: dict[int, tuple[nj.Plan, float | None]] = {}
     for tolerance in TOLERANCES:
         chosen = nj.plan(scene, camera, tolerance)
         nodes = getattr(chosen.method, "nodes", None)
         if nodes is not None:
             plans.setdefault(nodes, (chosen, tolerance))
-    jobs += [lambda p=p, t=t: way.nodes(p, t) for p, t in plans.values()]
+    jobs += [lambda p=p, t=t: comparison.nodes(p, t) for p, t in plans.values()]
     if _DEFAULT not in plans and plans:
-        jobs.append(lambda: way.nodes(replace(next(iter(plans.values()))[0], method=nj.Chebyshev(_DEFAULT)), None))
+        jobs.append(
+            lambda: comparison.nodes(replace(next(iter(plans.values()))[0], method=nj.Chebyshev(_DEFAULT)), None)
+        )
     if splat:
-        jobs.append(way.splat)
-    jobs.append(way.reference)
-    ways = []
-    for number, job in enumerate(jobs):
-        ways.append(job())
-        if progress is not None:
-            progress(number + 1, len(jobs))
-    return ways
+        jobs.append(comparison.splat)
+    jobs.append(comparison.reference)
+    timings = []
+    with progress_of(progress, "timing every method") as done:
+        for number, job in enumerate(jobs):
+            timings.append(job())
+            done(number + 1, len(jobs))
+    fastest_first = sorted(timings, key=lambda timing: (timing.seconds is None, timing.seconds or 0.0))
+    return Tradeoff(tuple(fastest_first), camera.shape, float(camera.pixel_size))
 
 
-class _Race:
+class _Comparison:
     """A scene with its reference, of rays at some of its pixels and at nodes all over the image."""
 
     def __init__(self, scene: nj.Scene, camera: nj.Camera):
@@ -90,17 +78,17 @@ class _Race:
         self.truth = intensity(_fields(scene, self.pixels))
         self.phase = polar(_fields(scene, self.points))[1][0]
 
-    def formula(self) -> Way:
+    def formula(self) -> MethodTiming:
         """2 n t at normal incidence, also where `render` would refuse it."""
         refusal = nj.ClosedForm().refusal(self.scene)
         if refusal and (gap_of(self.scene) is None or has_tilted_sphere(self.scene)):
             note = f"there is none: {refusal.part}: {refusal.demand}"
-            return Way("ClosedForm", None, None, None, None, None, None, note=note)
+            return MethodTiming("ClosedForm", None, None, None, None, None, None, note=note)
         with x64():
             x, y = self.camera.axes()
             program = _formula.lower(self.scene, x[None, :], y[:, None]).compile()
             seconds = _seconds(lambda: program(self.scene, x[None, :], y[:, None]))
-            intensity_error = self._wrong(np.asarray(_of_formula(closed_fields(self.scene, *self.pixels.T))))
+            intensity_error = self._intensity_error(np.asarray(_of_formula(closed_fields(self.scene, *self.pixels.T))))
         memory = program.memory_analysis()
         size = None if memory is None else int(memory.output_size_in_bytes + memory.temp_size_in_bytes)
 
@@ -108,10 +96,10 @@ class _Race:
             return closed_fields(scene, *self.points.T).phase[0]
 
         note = f"ignores {refusal.part}" if refusal else ""
-        phase_error, bias = self._away(phase(self.scene)), self._bias(phase, self.scene)
-        return Way("ClosedForm", seconds, size, phase_error, intensity_error, None, bias, note=note)
+        phase_error, bias = self._phase_error(phase(self.scene)), self._bias(phase, self.scene)
+        return MethodTiming("ClosedForm", seconds, size, phase_error, intensity_error, None, bias, note=note)
 
-    def nodes(self, plan: nj.Plan, tolerance: float | None) -> Way:
+    def nodes(self, plan: nj.Plan, tolerance: float | None) -> MethodTiming:
         method = cast(nj.Chebyshev, plan.method)
         predicted = plan.intensity_error if tolerance is not None else None
         onto = chebyshev.values(method.nodes, _POINTS)
@@ -127,14 +115,14 @@ class _Race:
             image = np.asarray(nj.render(plan.scene, self.camera, method))
             seconds = _seconds(lambda: nj.render(plan.scene, self.camera, method))
             size = _bytes(lambda: nj.render(plan.scene, self.camera, method)) + image.nbytes
-        intensity_error = self._wrong(image[np.ix_(self.rows, self.columns)])
-        phase_error, bias = self._away(phase(plan.scene)), self._bias(phase, plan.scene)
+        intensity_error = self._intensity_error(image[np.ix_(self.rows, self.columns)])
+        phase_error, bias = self._phase_error(phase(plan.scene)), self._bias(phase, plan.scene)
         note = f"without {len(plan.dropped)} weak beams" if plan.dropped else ""
-        return Way(
+        return MethodTiming(
             f"Chebyshev({method.nodes})", seconds, size, phase_error, intensity_error, predicted, bias, tolerance, note
         )
 
-    def splat(self) -> Way:
+    def splat(self) -> MethodTiming:
         """The mean of pairs of rays, on a smaller image and timed there: it is linear in the pixels."""
         factor = max(1.0, max(self.camera.shape) / _SIDE)
         shape = (max(int(self.camera.shape[0] / factor), 1), max(int(self.camera.shape[1] / factor), 1))
@@ -146,15 +134,15 @@ class _Race:
         try:
             splatted = nj.splat(self.scene, small, nj.Splat())
         except ValueError as error:
-            return Way("Splat", None, None, None, None, None, None, note=str(error).split(";")[0])
+            return MethodTiming("Splat", None, None, None, None, None, None, note=str(error).split(";")[0])
         share = np.prod(self.camera.shape) / np.prod(shape)
         seconds, lit = float(share) * (perf_counter() - begin), ~np.asarray(splatted.unpaired)
         errors = np.abs(np.asarray(splatted.image) - truth)[lit]
         error = float(errors.max() / truth.max()) if lit.any() else None
         note = f"time from {' x '.join(map(str, shape))} pixels, {1 - lit.mean():.0%} of them without a pair"
-        return Way("Splat", seconds, None, None, error, None, None, note=note)
+        return MethodTiming("Splat", seconds, None, None, error, None, None, note=note)
 
-    def reference(self) -> Way:
+    def reference(self) -> MethodTiming:
         method, (height, columns) = nj.Traced(), self.camera.shape
         # It works in blocks of pixels: memory is that of one block, and of the image and its blocks side by side.
         rows = min(-(-method.chunk // columns), height)
@@ -162,12 +150,14 @@ class _Race:
         with x64():
             size = _bytes(lambda: nj.render(self.scene, strip, method)) + 2 * 8 * height * columns
             seconds = _seconds(lambda: nj.render(self.scene, self.camera, method), runs=1)
-        return Way("Traced", seconds, size, 0.0, 0.0, None, 0.0 if self._curved() else None, note="the reference")
+        return MethodTiming(
+            "Traced", seconds, size, 0.0, 0.0, None, 0.0 if self._curved() else None, note="the reference"
+        )
 
-    def _wrong(self, image: np.ndarray) -> float:
+    def _intensity_error(self, image: np.ndarray) -> float:
         return float(np.abs(image.ravel() - self.truth).max() / self.truth.max())
 
-    def _away(self, phase) -> float:
+    def _phase_error(self, phase) -> float:
         difference = np.asarray(phase) - self.phase
         # Phases of the same light may be counted from other whole turns, and fringes of other signs by half a one.
         return float(np.abs(difference - np.round(2 * np.median(difference)) / 2).max())

@@ -6,4 +6,5 @@ from newtonjax.benches.lens_on_plate import air_wedge as air_wedge
 from newtonjax.benches.lens_on_plate import newton_rings as newton_rings
 from newtonjax.benches.toml_files import load_scene as load_scene
 from newtonjax.benches.toml_files import save_scene as save_scene
+from newtonjax.benches.toml_files import scene_from_text as scene_from_text
 from newtonjax.benches.toml_files import scene_text as scene_text

@@ -128,14 +128,21 @@ def load_scene(path: str | Path) -> tuple[Scene, Camera | None]:
     """
     path = Path(path)
     if not path.is_file():
-        raise FileNotFoundError(f"{path} is no file; give the path of a scene in TOML (see docs/scene.toml)")
+        raise FileNotFoundError(f"{path} is not a file; give the path of a scene in TOML (see docs/scene.toml)")
     try:
         # Editors on Windows begin a file with a byte-order mark.
-        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-        table = _convert(content)
-        return _scene(table), _made(Camera, table.camera)
+        return scene_from_text(path.read_text(encoding="utf-8-sig"))
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
+
+
+def scene_from_text(text: str) -> tuple[Scene, Camera | None]:
+    """The scene in the text of a TOML file, and the camera if it has one.
+
+    Raises ValueError with the field, the value and what is allowed.
+    """
+    table = _convert(tomllib.loads(text))
+    return _scene(table), _made(Camera, table.camera)
 
 
 def _convert(content: dict) -> SceneFields:

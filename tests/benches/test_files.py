@@ -133,7 +133,7 @@ def test_numbers_that_no_bench_has_are_refused(tmp_path, text):
 
 
 def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"nowhere\.toml is no file"):
+    with pytest.raises(FileNotFoundError, match=r"nowhere\.toml is not a file"):
         nj.load_scene(tmp_path / "nowhere.toml")
 
 

@@ -10,10 +10,9 @@ from shell import refusal
 
 import fitting
 import newtonjax as nj
-from fitting.designs.job import Job
+from fitting.designs.job import DesignTask
 from fitting.designs.prospects import LIMITS, Limits, deviations, forecast, prospects
 from fitting.shell.cli import main
-from fitting.studies import FREE
 
 SCENE = nj.newton_rings(2.0, 550e-9, 0.3e-6, "reflected", screen="gap")
 CAMERA = nj.Camera((200, 240), 20e-6)
@@ -24,12 +23,12 @@ LIMIT = Limits(2.5, 0.9, 0.5, np.inf)
 
 @pytest.fixture(scope="module")
 def job():
-    return Job(SCENE, CAMERA, VARY, {}, "radius", FREE, KNOWN, None)
+    return DesignTask(SCENE, CAMERA, VARY, {}, "radius", None, KNOWN, None)
 
 
-def attained(job: Job, design) -> tuple[float, float]:
+def attained(job: DesignTask, design) -> tuple[float, float]:
     """Relative deviation from the whole image, with what is known and by noise alone."""
-    told = fitting.information(*job.made(design, 2.0), (*job.free, *job.held))
+    told = fitting.information(*job.bench_of(design, 2.0), free=(*job.free, *job.given))
     known = [
         value * sd if share else sd
         for value, sd, share in zip(told.values[6:], job.deviations, job.relative, strict=True)
@@ -41,7 +40,7 @@ def attained(job: Job, design) -> tuple[float, float]:
 @pytest.fixture(scope="module")
 def found():
     with compilations() as compiled:
-        made = fitting.design(SCENE, CAMERA, VARY, known=KNOWN, starts=2)
+        made = fitting.design(SCENE, CAMERA, VARY, sd=KNOWN, starts=2)
     assert compiled.count == 0
     return made
 
@@ -56,9 +55,9 @@ def test_the_forecast_is_that_of_the_whole_image(job):
 
 def test_a_centre_is_told_in_pixels_of_the_camera(job):
     for design in (job.before, job.before * np.array([1.0, 0.6, 1.0, 1.0])):
-        aside = Job(SCENE, CAMERA, VARY, {}, "centre_x", FREE, {}, None)
+        aside = DesignTask(SCENE, CAMERA, VARY, {}, "centre_x", None, {}, None)
         fast = forecast(aside.layout(9, 96), aside.bench(LIMIT), design, aside.over)
-        told = fitting.information(*aside.made(design, aside.over[0]), aside.free)
+        told = fitting.information(*aside.bench_of(design, aside.over[0]), free=aside.free)
         assert float(np.exp(fast.noise[0])) * aside.over[0] == pytest.approx(told.sd("centre_x"), rel=0.03)
 
 
@@ -99,7 +98,7 @@ def test_it_keeps_the_limits_and_says_what_binds(found):
             assert found.used[one.name] == pytest.approx(1.0, abs=0.02)
         else:
             assert found.values[one.name] == pytest.approx(VARY[one.name][one.side == "high"], rel=1e-2)
-    assert "binds:" in str(found)
+    assert "active constraint:" in str(found)
     rows, columns = found.camera.shape
     assert rows <= 200
     assert rows * float(found.camera.pixel_size) == pytest.approx(found.values["field"], rel=0.01)
@@ -125,18 +124,18 @@ def test_a_range_of_radii_and_a_list_of_wavelengths():
     ("vary", "more", "message"),
     [
         ({}, {}, "nothing varies; allowed: field, radius"),
-        ({"colour": (1, 2)}, {}, "'colour' is no number of this scene"),
+        ({"colour": (1, 2)}, {}, "'colour' is not a number of this scene"),
         ({"field": (2e-3, 1e-3)}, {}, "field varies from 0.002 to 0.001"),
         ({"field": (0.0, 1e-3)}, {}, "allowed: above zero"),
         ({"field": (1e-3, 2e-3)}, {"choose": {"wavelength": (-450e-9,)}}, "allowed: above zero"),
         ({"field": (1e-3, 2e-3)}, {"choose": {"wavelength": (np.nan,)}}, "allowed: finite numbers"),
-        ({"stray": (0.1, 1.0)}, {}, "'stray' is no number of this scene"),
-        ({"field": (1e-3, 2e-3)}, {"fill": 5.0}, "fill is 5.0; allowed: at most 1"),
+        ({"stray": (0.1, 1.0)}, {}, "'stray' is not a number of this scene"),
+        ({"field": (1e-3, 2e-3)}, {"fill_fraction": 5.0}, "fill_fraction is 5.0; allowed: at most 1"),
         ({"field": (1e-3, 2e-3)}, {"rings": (60, 3)}, "allowed: fewer at least than at most"),
-        ({"field": (1e-3, 2e-3)}, {"known": {"plate_tilt_x": "5%"}}, "plate_tilt_x is 0"),
-        ({"radius": (1.0, 2.0)}, {}, "radius cannot be varied here"),
-        ({"field": (1e-3, 2e-3)}, {"known": {"exposure": 1.0}}, "exposure is free"),
-        ({"field": (1e-3, 2e-3)}, {"known": {"wavelength": "1 nm"}}, "allowed: a standard deviation in its unit"),
+        ({"field": (1e-3, 2e-3)}, {"sd": {"plate_tilt_x": "5%"}}, "plate_tilt_x is 0"),
+        ({"radius": (1.0, 2.0)}, {}, "radius is given twice"),
+        ({"field": (1e-3, 2e-3)}, {"sd": {"exposure": 1.0}}, "exposure is free"),
+        ({"field": (1e-3, 2e-3)}, {"sd": {"wavelength": "1 nm"}}, "allowed: a standard deviation in its unit"),
         ({"field": (1e-3, 2e-3)}, {"robust": "best"}, "allowed: 'worst' or 'mean'"),
         ({"field": (1e-3, 2e-3)}, {"over": (0.0,)}, "allowed: values of the radius"),
         (

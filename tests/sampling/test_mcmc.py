@@ -162,17 +162,17 @@ def test_nuts_agrees_with_emcee_and_with_the_covariance(fitted, chain):
 def test_a_file_keeps_every_step_and_the_chain_goes_on_from_it(fitted, tmp_path):
     file = tmp_path / "chain.h5"
     done = []
-    short = fitting.sample(fitted, steps=60, file=file, progress=lambda step, total: done.append((step, total)))
+    short = fitting.sample(fitted, steps=60, path=file, progress=lambda step, total: done.append((step, total)))
     assert done[-1] == (60, 60)
-    longer = fitting.sample(fitted, steps=100, file=file)
+    longer = fitting.sample(fitted, steps=100, path=file)
     assert (len(short.values), len(longer.values)) == (45, 75)
     np.testing.assert_array_equal(longer.log_prob[: 60 - 25], short.log_prob[10:])
     other = fitting.fit(rings(noise=0.05, seed=9), **GIVEN)
     with pytest.raises(ValueError, match="chain of another fit"):
-        fitting.sample(other, steps=60, file=file)
+        fitting.sample(other, steps=60, path=file)
     (tmp_path / "text.h5").write_text("no chain")
-    with pytest.raises(ValueError, match="is no chain of ours"):
-        fitting.sample(fitted, steps=60, file=tmp_path / "text.h5")
+    with pytest.raises(ValueError, match="is not a chain written by newtonjax"):
+        fitting.sample(fitted, steps=60, path=tmp_path / "text.h5")
 
 
 def test_an_interrupted_chain_keeps_what_is_there(fitted, tmp_path):

@@ -51,7 +51,7 @@ KEYS = [
         (("render", "reflected", "--output", "a.jpg"), "ends in .png"),
         (("render", "reflected", "--output", "no/such/a.png"), "no/such is no folder"),
         (("render", "sideways", "--output", "a.png"), "transmitted, reflected, wedge"),
-        (("render", "none.toml", "--output", "a.png"), "none.toml is no file"),
+        (("render", "none.toml", "--output", "a.png"), "none.toml is not a file"),
         (("render", "none.toml", "--output", "a.png", "--radius", "1m"), "the file gives the scene"),
         (("render", "wedge", "--output", "a.png", "--radius", "1m"), "it has --angle, --wavelength, --gap"),
         (("render", "reflected", "--output", "a.png", "--angle", "1mrad"), "it has --radius, --wavelength, --gap"),

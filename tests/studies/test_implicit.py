@@ -34,7 +34,7 @@ def test_a_perfect_image_gives_the_scene_back(measure):
     found = measure(nj.render(SCENE, CAMERA, nj.Chebyshev(17)))
     assert bool(found.converged)
     assert float(found.numbers["radius"]) == pytest.approx(2.0, rel=1e-9)
-    assert float(found.misfit) == pytest.approx(0.0, abs=1e-9)
+    assert float(found.chi2) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_what_is_assumed_moves_it_as_the_formula_says(measure):
@@ -79,11 +79,11 @@ def test_images_are_measured_side_by_side(measure, noisy):
 
 
 def test_hidden_numbers_give_what_known_ones_do(measure, noisy):
-    """Radius and misfit, and their derivatives by image and assumptions: traced as one program, and in NumPy."""
+    """Radius and chi-squared, and their derivatives by image and assumptions: traced as one program, and in NumPy."""
 
     def outcome(image, *assumed):
         found = measure(image, **dict(zip(ASSUMED, assumed, strict=True)))
-        return found.numbers["radius"] + 1e-3 * found.misfit
+        return found.numbers["radius"] + 5e-4 * found.chi2
 
     both = jax.value_and_grad(outcome, (0, 1, 2))
     many = turned(noisy)
@@ -113,7 +113,7 @@ def test_what_has_no_rings_does_not_converge(measure):
 def test_it_refuses_with_a_line(measure):
     with pytest.raises(ValueError, match=r"the image has shape \(3, 3\); allowed: the camera's, \(48, 52\)"):
         measure(np.ones((3, 3)))
-    with pytest.raises(ValueError, match="radius is free: it is found, not assumed"):
+    with pytest.raises(ValueError, match="radius is free: it is determined, not assumed"):
         measure(np.ones(CAMERA.shape), radius=2.0)
-    with pytest.raises(ValueError, match="'colour' is no number of this scene"):
+    with pytest.raises(ValueError, match="'colour' is not a number of this scene"):
         measure(np.ones(CAMERA.shape), colour=1.0)

@@ -75,8 +75,10 @@ def test_the_verb_prints_a_table_and_writes_it_with_a_picture(tmp_path, capsys):
         assert [row["name"] for row in csv.DictReader(file)] == [one["name"] for one in answer["neglected"]]
     assert (folder / "sensitivity.png").read_bytes().startswith(b"\x89PNG")
     assert "is there already" in refusal(capsys, "sensitivity", path, "--output-dir", folder)
-    assert "allowed: a positive fraction" in refusal(capsys, "sensitivity", path, "--accuracy", "0")
-    assert "is no number of this scene; allowed: radius" in refusal(capsys, "sensitivity", path, "--target", "colour")
+    assert "allowed: a positive fraction" in refusal(capsys, "sensitivity", path, "--relative-accuracy", "0")
+    assert "is not a number of this scene; allowed: radius" in refusal(
+        capsys, "sensitivity", path, "--target", "colour"
+    )
 
 
 def test_a_fit_that_cannot_be_made_is_refused():

@@ -30,13 +30,13 @@ def small(tmp_path_factory):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        fitting.spread(SCENE, CAMERA, SMALL, draws=32, keep=file, report=stop)
-    fits = sobol._Fits.__call__
+        fitting.spread(SCENE, CAMERA, SMALL, draws=32, path=file, progress=stop)
+    fits = sobol._BatchedFits.__call__
     counted = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sobol._Fits, "__call__", lambda self, rows: counted.append(len(rows)) or fits(self, rows))
+        patch.setattr(sobol._BatchedFits, "__call__", lambda self, rows: counted.append(len(rows)) or fits(self, rows))
         with compilations() as compiled:
-            found = fitting.spread(SCENE, CAMERA, SMALL, draws=32, keep=file)
+            found = fitting.spread(SCENE, CAMERA, SMALL, draws=32, path=file)
     assert compiled.count == 0
     return found, file, made[0], sum(counted)
 
@@ -53,8 +53,8 @@ def test_small_errors_are_those_of_their_slopes(small):
         for low, high in (one.first_range, one.total_range):
             assert low <= share <= high
     expected = 2.0 * (found.draws["pixel_size"] / 0.1e-3) ** 2 * (550e-9 / found.draws["wavelength"])
-    np.testing.assert_allclose(found.found, expected, rtol=1e-6)
-    assert "held numbers leave sd" in str(found)
+    np.testing.assert_allclose(found.targets, expected, rtol=1e-6)
+    assert "given numbers leave sd" in str(found)
 
 
 def test_indices_are_those_of_scipy():
@@ -75,25 +75,25 @@ def test_indices_are_those_of_scipy():
 
 def test_what_was_broken_off_goes_on(small):
     found, file, (done, total), after = small
-    assert total == 32 * 4 == len(found.found)
+    assert total == 32 * 4 == len(found.targets)
     assert done + after == total
     with netcdf_file(str(file), mmap=False) as kept:
-        np.testing.assert_array_equal(kept.variables["radius"][:], found.found)
+        np.testing.assert_array_equal(kept.variables["radius"][:], found.targets)
         assert kept.variables["pixel_size"].units == b"m"
         assert b"[camera]" in kept.scene
     with pytest.raises(ValueError, match="holds draws of another study"):
-        fitting.spread(SCENE, CAMERA, SMALL, draws=64, keep=file)
+        fitting.spread(SCENE, CAMERA, SMALL, draws=64, path=file)
     whole = file.read_bytes()
     broken = file.with_name("broken.nc")
     broken.write_bytes(whole[:100])
-    with pytest.raises(ValueError, match="is no file of draws"):
-        fitting.spread(SCENE, CAMERA, SMALL, draws=32, keep=broken)
+    with pytest.raises(ValueError, match="is not a file of draws"):
+        fitting.spread(SCENE, CAMERA, SMALL, draws=32, path=broken)
     study = {name: getattr(kept, name).decode() for name in ("scene", "known", "fit")}
     refused = 0
     for at in range(0, len(whole), 5):  # whatever byte is wrong, it is accepted or refused, with a line
         broken.write_bytes(whole[:at] + bytes([whole[at] ^ 0x41]) + whole[at + 1 :])
         try:
-            draws_file.Kept(
+            draws_file.DrawsFile(
                 broken, found.draws, "radius", dict.fromkeys(("pixel_size", "wavelength", "radius"), "m"), study
             )
         except ValueError:
@@ -102,7 +102,7 @@ def test_what_was_broken_off_goes_on(small):
     row = whole.index(found.draws["wavelength"].astype(">f8").tobytes())
     broken.write_bytes(whole[:row] + np.float64(1e-6).astype(">f8").tobytes() + whole[row + 8 :])
     with pytest.raises(ValueError, match="holds draws of another study"):
-        fitting.spread(SCENE, CAMERA, SMALL, draws=32, keep=broken)
+        fitting.spread(SCENE, CAMERA, SMALL, draws=32, path=broken)
 
 
 def test_tilts_about_zero_act_by_their_squares():
@@ -110,7 +110,7 @@ def test_tilts_about_zero_act_by_their_squares():
     found = fitting.spread(SCENE, CAMERA, {"light_tilt_x": 0.05, "light_tilt_y": 0.05}, draws=32, seed=1)
     assert found.slope_sd < 0.01 * found.sd
     tilt2 = found.draws["light_tilt_x"] ** 2 + found.draws["light_tilt_y"] ** 2
-    np.testing.assert_allclose(found.found, 2.0 * (1 - tilt2 / 2), rtol=2e-4)
+    np.testing.assert_allclose(found.targets, 2.0 * (1 - tilt2 / 2), rtol=2e-4)
     assert found.shift == pytest.approx(-2.0 * 0.05**2, rel=0.2)
     assert found.sd == pytest.approx(2.0 * 0.05**2, rel=0.3)
     for one in found.shares:
@@ -121,7 +121,7 @@ def test_tilts_about_zero_act_by_their_squares():
 def test_of_one_number_all_is_its_own():
     found = fitting.spread(SCENE, CAMERA, {"wavelength": 5e-9}, draws=32)
     assert found.shares[0].total == pytest.approx(1.0, abs=0.3)
-    np.testing.assert_allclose(found.found, 2.0 * 550e-9 / found.draws["wavelength"], rtol=1e-6)
+    np.testing.assert_allclose(found.targets, 2.0 * 550e-9 / found.draws["wavelength"], rtol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -131,10 +131,10 @@ def test_of_one_number_all_is_its_own():
         (SMALL, {"draws": 16}, "draws is 16; allowed: a power of two from 32 on"),
         ({"pixel_size": "30%"}, {}, "at most a quarter of it"),
         ({"light_tilt_x": "5%"}, {}, "light_tilt_x is 0, and 5% of 0 is 0; give it in rad"),
-        ({"colour": 1.0}, {}, "'colour' is no number of this scene"),
+        ({"colour": 1.0}, {}, "'colour' is not a number of this scene"),
         ({}, {}, "no number is named"),
         ({"gap": 1e-9}, {}, "gap is free"),
-        ({"pixel_size": 0.0}, {}, "allowed: above zero"),
+        ({"pixel_size": 0.0}, {}, "allowed: a positive value"),
         ({"pixel_size": "much"}, {}, "allowed: a standard deviation in its unit"),
         ({"plate_tilt_x": 0.3}, {"draws": 32}, "does not converge"),
     ],
@@ -147,9 +147,9 @@ def test_it_refuses_with_a_line(known, more, message):
 def test_the_verb_prints_shares_and_writes_the_draws(tmp_path, capsys):
     path, folder = tmp_path / "scene.toml", tmp_path / "out"
     nj.save_scene(path, SCENE, CAMERA)
-    asked = ("sensitivity", str(path), "--known", "pixel_size=0.1%", "wavelength=0.55nm", "--draws", "32")
+    asked = ("sensitivity", str(path), "--sd", "pixel_size=0.1%", "wavelength=0.55nm", "--draws", "32")
     assert main([*asked, "--output-dir", str(folder)]) == 0
-    assert "held numbers leave sd" in capsys.readouterr().out
+    assert "given numbers leave sd" in capsys.readouterr().out
     answer = json.loads((folder / "spread.json").read_text())
     assert [one["name"] for one in answer["shares"]] == ["pixel_size", "wavelength"]
     with (folder / "spread.csv").open(newline="") as table:
@@ -160,8 +160,8 @@ def test_the_verb_prints_shares_and_writes_the_draws(tmp_path, capsys):
     assert main([*asked, "--output-dir", str(folder), "--force"]) == 0
     assert (folder / "spread.nc").read_bytes() == kept
     assert "is there already" in refusal(capsys, *asked, "--output-dir", folder)
-    assert "the image does not tell the radius with gap, pixel_size free" in refusal(
+    assert "the image does not determine radius with gap, pixel_size free" in refusal(
         capsys, "sensitivity", path, "--free", "gap,pixel_size", status=3
     )
-    assert "--draws goes with --known" in refusal(capsys, "sensitivity", path, "--draws", "64")
+    assert "--draws needs --sd" in refusal(capsys, "sensitivity", path, "--draws", "64")
     assert "allowed: a power of two" in refusal(capsys, *asked[:-1], "48")

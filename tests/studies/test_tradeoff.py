@@ -26,7 +26,7 @@ pixel_size = 100e-6
 @pytest.mark.parametrize(("view", "screen", "bias"), [("transmitted", 10e-3, 0.0066), ("reflected", 1e-3, -0.0087)])
 def test_the_formula_is_biased_on_a_bare_screen_as_its_rays_say(view, screen, bias):
     """+0.66 % at 10 mm transmitted, -0.87 % at 1 mm reflected (R = 2 m), by image fits: `textbook.py`."""
-    ways = {way.name: way for way in tradeoff(nj.newton_rings(2.0, 500e-9, view=view, screen=screen), CAMERA)}
+    ways = {way.name: way for way in tradeoff(nj.newton_rings(2.0, 500e-9, view=view, screen=screen), CAMERA).timings}
     assert ways["ClosedForm"].radius_bias == pytest.approx(bias, rel=0.02)
     assert "screen" in ways["ClosedForm"].note
     nodes = ways["Chebyshev(17)"]
@@ -44,7 +44,7 @@ def test_another_scene_compiles_next_to_nothing():
 
 
 def test_a_scene_without_rings_has_no_bias():
-    ways = tradeoff(nj.air_wedge(1e-3), nj.Camera((48, 48), 10e-6), splat=True)
+    ways = tradeoff(nj.air_wedge(1e-3), nj.Camera((48, 48), 10e-6), splat=True).timings
     assert {way.radius_bias for way in ways} == {None}
     assert any(way.name == "Splat" for way in ways)
 
@@ -54,7 +54,7 @@ def test_the_verb_prints_a_table_and_writes_it_with_a_picture(tmp_path, capsys):
     assert main(["tradeoff", str(tmp_path / "scene.toml"), "--output-dir", str(tmp_path / "out")]) == 0
     said = capsys.readouterr().out
     assert "radius bias" in said
-    ways = json.loads((tmp_path / "out" / "tradeoff.json").read_text())["ways"]
+    ways = json.loads((tmp_path / "out" / "tradeoff.json").read_text())["timings"]
     with (tmp_path / "out" / "tradeoff.csv").open(newline="") as file:
         assert [row["name"] for row in csv.DictReader(file)] == [way["name"] for way in ways]
     assert (tmp_path / "out" / "tradeoff.png").read_bytes().startswith(b"\x89PNG")
