@@ -104,11 +104,14 @@ def _read(rng: np.random.Generator, order: np.ndarray, sizes: np.ndarray, sd: fl
 
 
 def _miscounted_between_groups(rng: np.random.Generator, radius: float) -> MadeTable:
-    """Two groups of 4 to 8 rings, and 1 to 3 rings between them that were not counted."""
-    first, apart = int(rng.integers(5, 25)), int(rng.integers(8, 25))
-    inner, outer = (first + np.arange(int(rng.integers(4, 9))) for _ in range(2))
-    counted = np.concatenate([inner, outer + apart])
-    order = counted + int(rng.integers(1, 4)) * (counted > inner[-1])
+    """Two or three groups of 4 to 8 rings, and 1 to 3 rings before each next one that were not counted."""
+    counted, order, first, missed = [], [], int(rng.integers(5, 25)), 0
+    for _ in range(int(rng.integers(2, 4))):
+        counted.append(first + np.arange(int(rng.integers(4, 9))))
+        order.append(counted[-1] + missed)
+        first += int(rng.integers(10, 25))
+        missed += int(rng.integers(1, 4))
+    counted, order = np.concatenate(counted), np.concatenate(order)
     columns, _ = _read(rng, counted, _sphere(radius, order.astype(float)))
     return MadeTable(columns, radius)
 

@@ -2,21 +2,24 @@
 
 Made tables (`made_tables.py`). Of a sphere with honest readings: 95 % intervals cover the radius in 93 to 97 %, and
 each rival (another law, miscount, series, misread readings, stated deviations) speaks up by chance in at most 1 %.
-Of twelve kinds of wrong tables none is answered wrongly without a word: beyond four standard deviations, or where there
-is no radius at all, with status ok and no warning (that the line misses contact is none).
-Thresholds were set on seeds from 0; the table is of others, from 200000.
+Of twelve kinds of wrong tables none is answered wrongly without a word: beyond four standard deviations (of a normal
+error, or the same chance by Student's t), or where there is no radius at all, with status ok and no warning (that the
+line misses contact is none).
+Thresholds were set on seeds from 0; the table is of others, from 300000.
 
-    python -m experiments.truth.ring_tables [--tables 1000] [--each 200] [--first 200000] [--quick]
+    python -m experiments.truth.ring_tables [--tables 1000] [--each 200] [--first 300000] [--quick]
 """
 
 import argparse
 from collections import Counter
 
+from scipy import optimize, stats
+
 import fitting
 from experiments import records
 from experiments.truth.made_tables import KINDS, WAVELENGTH, MadeTable, honest, off_model
 
-_HELD_OUT = 200_000
+_HELD_OUT = 300_000
 _DEVIATIONS = 4.0
 # Words by which a rival is known in the warnings.
 _RIVALS = {
@@ -49,10 +52,17 @@ def outcome(made: MadeTable) -> dict:
     }
     if result.status == "ok" and result.radius_interval is not None and made.radius is not None:
         low, high = result.radius_interval
-        deviations = abs(result.radius - made.radius) / result.radius_sd
+        deviations = _normal_deviations(abs(result.radius - made.radius), result.radius_sd, high - result.radius)
         row |= {"covered": low < made.radius < high, "deviations": deviations}
     is_wrong = made.radius is None or (row["deviations"] or 0.0) > _DEVIATIONS
     return row | {"confidently wrong": is_wrong and not row["refused"] and not row["warned"]}
+
+
+def _normal_deviations(error: float, sd: float, half_width: float) -> float:
+    """Standard deviations of a normal error as likely as this one, whose 95 % interval tells its degrees of freedom."""
+    ratio = max(half_width / sd, stats.norm.ppf(0.975) * (1 + 1e-6))
+    freedom = optimize.brentq(lambda nu: stats.t.ppf(0.975, nu) - ratio, 0.5, 1e7)
+    return float(stats.norm.isf(stats.t.sf(error / sd, freedom)))
 
 
 def on_model(seeds: range) -> dict:

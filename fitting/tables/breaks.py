@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.tables.regression import Regression
+from fitting.tables.regression import Regression, regression
 from fitting.tables.sample import chance_of
 
 # Chance that an honest table is taken for a miscounted one, over all its rings.
@@ -38,6 +38,11 @@ class Break:
         nearest = round(self.rings)
         near = abs(self.rings - nearest) <= min(0.3, max(3 * self.sd, 0.02))
         return nearest if near and abs(nearest) <= _LARGEST and self.sd < 0.15 and self.chance < _BEYOND_DOUBT else 0
+
+    @property
+    def is_step(self) -> bool:
+        """Whether the count is off by something."""
+        return abs(self.rings) >= _SMALLEST or 3 * self.sd > 1
 
     @property
     def candidates(self) -> list[int]:
@@ -122,39 +127,52 @@ class UncertainCount:
         return max((abs(changed - slope) for changed in self.slopes.values()), default=0.0)
 
 
-# Orders that are missing in a row before their count may be doubted; the gaps that are looked at; chance that excludes.
-_MISSING, _GAPS, _EXCLUDED = 2, 5, 0.003
-# Miscounts that are tried and that are listed.
-_TRIED, _LISTED = 5, 2
+# Orders that are missing in a row, and in steps of the table, before their count may be doubted; the gaps looked at.
+_MISSING, _STEPS, _GAPS = 2, 2.0, 5
+# Chance that excludes a miscount; miscounts that are tried, and listed.
+_EXCLUDED, _TRIED, _LISTED = 0.003, 5, 2
+
+
+def gaps_of(order: np.ndarray) -> np.ndarray:
+    """Orders before the gaps of a table: where more are missing than between its rings."""
+    orders = np.unique(order)
+    steps = np.diff(orders)
+    return orders[:-1][steps > max(_MISSING, _STEPS * np.median(steps))] if len(steps) else orders[:0]
 
 
 def uncertain_count(line: Regression, floor: float, slope_sd: float) -> UncertainCount | None:
     """The gap across which a miscount would move the slope most, and by more than twice its sd."""
-    orders = np.unique(line.order)
-    steps = np.diff(orders)
-    widest = [k for k in np.argsort(-steps, kind="stable")[:_GAPS] if steps[k] > _MISSING]
-    gaps = [_count_across(line, floor, float(orders[k]), float(orders[k + 1])) for k in widest]
+    before = gaps_of(line.order)
+    if len(before) > _GAPS:
+        return None
+    gaps = [_count_across(line, floor, order, before[before != order]) for order in before]
     widest_effect = max(gaps, key=lambda gap: gap.effect(line.slope), default=None)
     if widest_effect is None or widest_effect.effect(line.slope) <= 2 * slope_sd:
         return None
     return widest_effect
 
 
-def _count_across(line: Regression, floor: float, before: float, after: float) -> UncertainCount:
-    """The slopes with rings missed or counted twice in a gap, as far as the readings do not exclude them."""
+def _count_across(line: Regression, floor: float, before: float, elsewhere: np.ndarray) -> UncertainCount:
+    """The slopes with rings missed or counted twice in a gap, as far as the readings do not exclude them.
+
+    `elsewhere`: orders before the remaining gaps, at each of which the count may be off as well.
+    """
     later = (line.order > before).astype(float)
-    step, freedom = line.added(later), line.freedom - 1
-    sd = np.sqrt(max((line.chi2 - step.gain) / max(freedom, 1), floor)) * step.unit_sd
+    side = np.searchsorted(elsewhere, line.order) * (int(line.group.max()) + 1) + line.group
+    apart = regression(line.order, line.y, line.weight, np.unique(side, return_inverse=True)[1])
+    step, freedom = apart.added(later), apart.freedom - 1
+    sd = np.sqrt(max((apart.chi2 - step.gain) / max(freedom, 1), floor)) * step.unit_sd
+    # Where the groups are too small to determine a step, a ring more or less is all that is asked.
+    is_blind = freedom < 1 or not np.isfinite(sd) or step.slope <= 0
     slopes, distances = {}, {}
     for rings in range(-_TRIED, _TRIED + 1):
         centred = line.centred + rings * line.without_means(later)
         spread = float(line.weight @ centred**2)
         slope = float(line.weight * centred @ line.without_means(line.y)) / spread if spread > 0 else 0.0
-        # Where two rings determine no step, nothing is excluded.
-        is_blind = freedom < 1 or not np.isfinite(sd)
         distance = abs(rings) if is_blind else abs(step.coefficient - rings * step.slope) / sd
         is_excluded = abs(rings) > 1 if is_blind else chance_of(distance, freedom) < _EXCLUDED
         if rings and slope > 0 and not is_excluded:
             slopes[rings], distances[rings] = slope, distance
     likeliest = sorted(slopes, key=lambda rings: distances[rings])[:_LISTED]
-    return UncertainCount(before, after, {rings: slopes[rings] for rings in likeliest})
+    after = float(line.order[line.order > before].min())
+    return UncertainCount(float(before), after, {rings: slopes[rings] for rings in likeliest})

@@ -1,12 +1,12 @@
 """The line r² against order that judges its own readings: miscounted, misread, or not a line."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from fitting.tables.bend import Bend, bend
 from fitting.tables.breaks import Break, UncertainCount, best_break, uncertain_count
+from fitting.tables.groups import GroupBreaks, group_breaks
 from fitting.tables.outliers import Misread, misread, suspect
 from fitting.tables.regression import Regression, regression
 from fitting.tables.sample import Sample
@@ -14,6 +14,8 @@ from fitting.tables.scatter import Scatter, scatter_of
 
 # Steps of the count that are set right, or left open, at most; rounds in which readings are left out.
 _BREAKS, _ROUNDS = 3, 60
+
+Rival = Bend | Misread | Break | GroupBreaks
 
 
 @dataclass(frozen=True)
@@ -80,38 +82,89 @@ def ring_line(sample: Sample, expected: float, series: np.ndarray | None = None)
     uncertain number leaves the two sides a line each of one slope, misread readings are left out where at least four
     remain, and a bend ends the search.
     """
-    order, used = sample.order.copy(), np.ones(len(sample.radius), bool)
-    flags, breaks, corrections = [""] * len(order), [], 0
-    bent = None
+    state = _State(sample, series)
     for _ in range(_ROUNDS):
-        fair = sample.line(order, used, _groups(sample.ordinate, breaks, series))
-        rivals = [bend(fair, sample.radius[used], sample.floor), misread(fair, len(order), sample.floor)]
-        if corrections + len(breaks) < _BREAKS:
-            rivals.append(best_break(fair, sample.floor))
-        best = max((rival for rival in rivals if rival is not None), key=lambda rival: rival.gain, default=None)
-        if best is None or isinstance(best, Bend):
-            bent = best
+        if not state.believe(state.best_rival()):
             break
-        if isinstance(best, Misread):
-            _leave_out(best, used, flags)
-        elif best.miscount:
-            corrections += 1
-            _set_right(best, sample.ordinate >= best.first, order, flags)
-        else:
-            breaks.append(best)
-    if not any(flags) and not breaks and (place := suspect(sample, expected)) is not None:
-        flags[place] = "does not fit the other readings; with so few it cannot be left out: read more rings"
-    group = _groups(sample.ordinate, breaks, series)
-    fair = sample.line(order, used, group)
-    answer = regression(order[used], sample.ordinate[used], sample.weight[used], fair.group)
-    scatter = scatter_of(answer, fair, sample)
-    return Line(answer, fair, scatter, order, used, flags, _levels(answer, group, used), breaks, bent)
+    return state.line(expected)
 
 
-def _groups(y: np.ndarray, breaks: Sequence[Break], series: np.ndarray | None) -> np.ndarray:
-    """The readings that share an intercept: those of one series between two breaks."""
-    side = sum((y >= step.first).astype(int) for step in breaks) + np.zeros(len(y), int)
-    return side if series is None else side * (int(series.max()) + 1) + series
+class _State:
+    """What is believed of a sample so far: orders, readings that are used, flags, uncertain breaks, a bend."""
+
+    def __init__(self, sample: Sample, series: np.ndarray | None) -> None:
+        self.sample, self.series = sample, series
+        self.order, self.used = sample.order.copy(), np.ones(len(sample.radius), bool)
+        self.flags = [""] * len(self.order)
+        self.breaks: list[Break] = []
+        self.corrections = 0
+        self.bend: Bend | None = None
+
+    def fair(self) -> Regression:
+        """The line for questions."""
+        return self.sample.line(self.order, self.used, self._group())
+
+    def best_rival(self) -> Rival | None:
+        """The rival that explains most of chi²; steps at all gaps where they explain what none does alone."""
+        fair, floor = self.fair(), self.sample.floor
+        rivals = [bend(fair, self.sample.radius[self.used], floor), misread(fair, len(self.order), floor)]
+        steps = self.corrections + len(self.breaks)
+        if steps < _BREAKS:
+            rivals.append(best_break(fair, floor))
+        best = max((rival for rival in rivals if rival is not None), key=lambda rival: rival.gain, default=None)
+        groups = None if steps > _BREAKS else group_breaks(fair, floor)
+        is_better = groups is not None and (
+            isinstance(best, Break) or groups.explains_beyond(best.gain if best else 0.0)
+        )
+        return groups if is_better else best
+
+    def believe(self, rival: Rival | None) -> bool:
+        """Take a rival for true; whether there is more to ask."""
+        if isinstance(rival, Bend):
+            self.bend = rival
+        elif isinstance(rival, Misread):
+            self._leave_out(rival)
+        elif isinstance(rival, Break):
+            self._step(rival)
+        elif isinstance(rival, GroupBreaks):
+            for step in rival.breaks:
+                self._step(step)
+        return not (rival is None or isinstance(rival, Bend))
+
+    def line(self, expected: float) -> Line:
+        """The line of what is believed; `expected`: the contact's intercept, in orders."""
+        sample, order, used, flags = self.sample, self.order, self.used, self.flags
+        if not any(flags) and not self.breaks and (place := suspect(sample, expected)) is not None:
+            flags[place] = "does not fit the other readings; with so few it cannot be left out: read more rings"
+        group, fair = self._group(), self.fair()
+        answer = regression(order[used], sample.ordinate[used], sample.weight[used], fair.group)
+        scatter, levels = scatter_of(answer, fair, sample), _levels(answer, group, used)
+        return Line(answer, fair, scatter, order, used, flags, levels, self.breaks, self.bend)
+
+    def _group(self) -> np.ndarray:
+        """The readings that share an intercept: those of one series between two breaks."""
+        y = self.sample.ordinate
+        side = sum((y >= step.first).astype(int) for step in self.breaks) + np.zeros(len(y), int)
+        return side if self.series is None else side * (int(self.series.max()) + 1) + self.series
+
+    def _leave_out(self, rival: Misread) -> None:
+        places = np.flatnonzero(self.used)[rival.places]
+        for place, distance in zip(places, rival.distances, strict=True):
+            self.flags[place] = f"off the line of the others by {distance:+.2g} orders: misread or miscounted"
+        self.used[places] = False
+
+    def _step(self, rival: Break) -> None:
+        """Set a certain number of rings right; leave the two sides of an uncertain one an intercept each."""
+        if not rival.miscount:
+            self.breaks += [rival] if rival.is_step else []
+            return
+        later = self.sample.ordinate >= rival.first
+        self.corrections += 1
+        self.order[later] += rival.miscount
+        for place in np.flatnonzero(later):
+            shift = self.order[place] - self.sample.order[place]
+            direction = "low" if shift > 0 else "high"
+            self.flags[place] = f"counted {abs(shift):g} too {direction}: taken as {self.order[place]:g}"
 
 
 def _levels(line: Regression, group: np.ndarray, used: np.ndarray) -> np.ndarray:

@@ -12,6 +12,9 @@ from fitting.tables.judgement import Bench, Judgement
 from fitting.tables.result import RingsResult
 from fitting.tables.table import readings
 
+# The largest standard deviation of what is given, as a share of it, and of an angle [rad].
+_LARGEST_SD, _LARGEST_ANGLE_SD = 0.25, np.pi / 4
+
 
 @says_its_origin
 def rings(
@@ -62,8 +65,8 @@ def rings(
     read = readings(table, columns)
     # A ring's path difference is 2 t n cos θ' = 2 t sqrt(n² - sin² θ).
     bench = Bench(
-        wavelength,
-        radius,
+        None if wavelength is None else number("wavelength", wavelength),
+        None if radius is None else number("radius", radius),
         path=float(np.sqrt(gap_index**2 - np.sin(angle) ** 2)),
         contact=-0.5 if (view == "transmitted") != bright else 0.0,
         scale=float(pixel_size or 1.0) if read.unit == "px" else 1.0,
@@ -110,5 +113,13 @@ def _checked_sds(arguments: dict) -> dict[str, float]:
         raise ValueError(f"angle is {arguments['angle']}; allowed: less than a right angle, in radians")
     if np.sin(arguments["angle"]) ** 2 >= arguments["gap_index"] ** 2:
         raise ValueError(f"gap_index is {arguments['gap_index']}: light at this angle does not enter the gap")
+    if not isinstance(arguments["bright"], bool | np.bool_):
+        raise ValueError(f"bright is {arguments['bright']!r}; allowed: True or False")
     names = ("wavelength", "pixel_size", "radius", "angle", "gap_index")
-    return {name: absolute_sd(name, arguments[f"{name}_sd"], arguments[name]) or 0.0 for name in names}
+    sds = {name: absolute_sd(name, arguments[f"{name}_sd"], arguments[name]) or 0.0 for name in names}
+    for name, sd in sds.items():
+        value = 0.0 if arguments[name] is None else number(name, arguments[name])
+        largest = _LARGEST_ANGLE_SD if name == "angle" else _LARGEST_SD * value
+        if sd > largest:
+            raise ValueError(f"{name}_sd is {sd:g}; allowed: up to {largest:g}, else {name} is not known")
+    return sds

@@ -17,6 +17,8 @@ _FACTORS = {"left": 0.5, "diameter": 0.5, "radius": 1.0}
 _AGREE = 0.02
 # Radii [m, px] and orders beyond which nothing was meant.
 _SMALLEST_RADIUS, _LARGEST_RADIUS, _LARGEST_ORDER = 1e-9, 1e6, 1e9
+# A stated deviation below this, in the table's unit, is none.
+_SMALLEST_SD = 1e-12
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,7 @@ def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] |
     name, *secondaries = _size_columns(cells, named, table_cells)
     kind, unit = name.split("_")
     sizes = {key: numbers(cells[key], key, lines) for key in ("order", *_columns_of(name))}
-    unnamed = [header for header in table_cells if header not in (columns or {}).values()]
+    unnamed = [header for header in table_cells if header not in list((columns or {}).values())]
     sd_name, warnings = _deviation_column(cells, unnamed, kind, unit)
     if sd_name:
         sizes[sd_name] = numbers(cells[sd_name], sd_name, lines)
@@ -100,13 +102,13 @@ def _named(table_cells: Mapping[str, Sequence], columns: Mapping[str, str] | Non
         raise ValueError(f"columns is {columns!r}; give a mapping such as {{'diameter_mm': 'D'}}")
     cells, named = {}, set()
     for header, column in table_cells.items():
-        name = "" if header in (columns or {}).values() else headers.canonical(header)
+        name = "" if header in list((columns or {}).values()) else headers.canonical(header)
         if name and name in cells and header != name:
             raise ValueError(f"two columns of the table are {name}; leave one out, or name one with {name}={header}")
         if name:
             cells[name] = column
     for name, header in dict(columns or {}).items():
-        if header not in table_cells:
+        if not isinstance(header, str) or header not in table_cells:
             raise ValueError(f"the table has no column {header!r}; it has {', '.join(table_cells)}")
         stated = headers.unit_of(header)
         with_unit = f"{name}_{stated}" if f"{name}_{stated}" in headers.NAMES else name
@@ -187,6 +189,8 @@ def _deviation(stated: np.ndarray, name: str, kind: str, unit: str) -> np.ndarra
     """Standard deviations of the radii. Raises ValueError for what are none."""
     if np.any(stated <= 0) or stated.min() < 1e-9 * stated.max():
         raise ValueError(f"{name} holds {stated.min():g}; allowed: above zero, and of one size")
+    if not _SMALLEST_SD <= stated.min() <= stated.max() <= _LARGEST_RADIUS:
+        raise ValueError(f"{name} holds {stated.max():g}; allowed: {_SMALLEST_SD:g} to {_LARGEST_RADIUS:g}")
     stated_unit = name.split("_")[-1]
     metres = _in_metres(stated_unit if stated_unit in headers.UNITS else unit)
     return stated * metres * _FACTORS[kind] * (math.sqrt(2) if kind == "left" else 1)

@@ -86,12 +86,13 @@ def _of_break(step: Break, line: Line, sample: Sample, value: Value, measured: s
         f"{abs(step.rings):.2g} +/- {step.sd:.1g} orders {distance} apart than counted"
     )
     proposals = []
-    for rings in step.candidates if len(line.breaks) == 1 else ():
+    for rings in step.candidates:
         order = line.order[line.used] + rings * (sample.ordinate[line.used] >= step.first)
         slope = regression(order, sample.ordinate[line.used], sample.weight[line.used]).slope
         plural = "s were" if abs(rings) > 1 else " was"
         what = f"{rings} ring{plural} missed" if rings > 0 else f"{-rings} ring{plural} counted twice"
-        proposals.append(f"if {what} between them, the {measured} is {value(slope):.4g} m")
+        radius = f"the {measured} is {value(slope):.4g} m" if len(line.breaks) == 1 else "they lie on one line"
+        proposals.append(f"if {what} between them, {radius}")
     proposed = "".join(f"; {text}" for text in proposals) or "; no whole number of rings explains it"
     return f"{text}{proposed}; the answer is the slope of the two sides alone"
 
