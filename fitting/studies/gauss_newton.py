@@ -48,11 +48,15 @@ class Problem(NamedTuple):
 
 
 class Solution(NamedTuple):
-    """Where fits end: steps of the free numbers in their scales, misfit, and whether the fit converged."""
+    """Where fits end: steps of the free numbers in their scales, misfit, and whether the fit converged.
+
+    `ended`: False of a fit that was left when another one had failed.
+    """
 
     steps: Float[np.ndarray, "fits free"]
     misfit: Float[np.ndarray, " fits"]
     converged: Bool[np.ndarray, " fits"]
+    ended: Bool[np.ndarray, " fits"]
 
 
 class Slopes(NamedTuple):
@@ -83,20 +87,31 @@ def problem(
     return Problem(scene, camera, moves, scales, free, positive, nodes, image, weights(image, camera, noise))
 
 
-def solve(problem: Problem, data: Float[np.ndarray, "rows columns"], held: Float[np.ndarray, "fits held"]) -> Solution:
-    """Fits of one image [photoelectrons], each with its own steps of the held numbers, in their scales."""
+def solve(
+    problem: Problem,
+    data: Float[np.ndarray, "rows columns"],
+    held: Float[np.ndarray, "fits held"],
+    until_failure: bool = False,
+) -> Solution:
+    """Fits of one image [photoelectrons], each with its own steps of the held numbers, in their scales.
+
+    `until_failure`: where one fails, leave those that are still under way.
+    """
     # What a step too far computes is looked at afterwards.
     with np.errstate(all="ignore"):
         fits = _begun(problem, data, held)
         together = max(1, _RAYS // problem.nodes**2)
         while going := [fit for fit in fits if fit.goes_on]:
+            if until_failure and any(fit.failed for fit in fits):
+                break
             for first in range(0, len(going), together):
                 _step(problem, data, going[first : first + together])
         steps = np.array([fit.at for fit in fits])
         # An exposure that has gone to nothing leaves no image to tell anything.
         vanishes = (abs(problem.positive + steps) <= SETTLED * abs(problem.positive)) & (problem.positive != 0)
         converged = ~vanishes.any(axis=1) & [fit.stage > fit.stages and _is_determined(fit.matrix) for fit in fits]
-        return Solution(np.where(converged[:, None], steps, np.nan), np.array([fit.misfit for fit in fits]), converged)
+        misfit, ended = (np.array(each) for each in zip(*[(fit.misfit, not fit.goes_on) for fit in fits], strict=True))
+        return Solution(np.where(converged[:, None], steps, np.nan), misfit, converged, ended)
 
 
 def slopes(
@@ -137,6 +152,10 @@ class _Fit:
     @property
     def goes_on(self) -> bool:
         return self.stage <= self.stages and self.taken < STEPS
+
+    @property
+    def failed(self) -> bool:
+        return self.stage <= self.stages and not self.goes_on
 
     @property
     def place(self) -> np.ndarray:

@@ -17,7 +17,7 @@ from jaxtyping import Array, Bool, Float
 from fitting.parameters import chosen, free_names, knobs
 from fitting.studies import gauss_newton, traced_fit
 from fitting.studies.fisher import fine_nodes
-from fitting.studies.gauss_newton import Problem, problem
+from fitting.studies.gauss_newton import Problem, Solution, problem
 from newtonjax.methods import Chebyshev
 from newtonjax.numerics import is_concrete, require_x64, x64
 from newtonjax.scene import Camera, Scene
@@ -87,7 +87,7 @@ def measurement(
                 fit, np.asarray(image, float) * camera.exposure, np.array([deviations], float).reshape(1, -1)
             )
             with x64():
-                return measured(*(part[0] for part in solution))
+                return measured(*_first(solution))
         require_x64("measurement")
         shift = jnp.stack([jnp.asarray(deviation, float) for deviation in deviations]) if deviations else jnp.zeros(0)
         steps, misfit, converged = _differentiable(fit)(jnp.asarray(image, float) * camera.exposure, shift)
@@ -99,6 +99,11 @@ def measurement(
         return Measurement(numbers, _array(2 * misfit), _array(converged))
 
     return measure
+
+
+def _first(solution: Solution) -> tuple:
+    """Steps, misfit and whether it converged, of the first fit."""
+    return solution.steps[0], solution.misfit[0], solution.converged[0]
 
 
 def _array(number) -> Array:
@@ -113,7 +118,7 @@ def _differentiable(fit: Problem) -> Callable:
     """
 
     def at_once(data, held):
-        return [part[0] for part in gauss_newton.solve(fit, data, held[None])]
+        return _first(gauss_newton.solve(fit, data, held[None]))
 
     def arrays(steps, misfit, converged):
         return _array(steps), _array(misfit), _array(converged * 1.0)

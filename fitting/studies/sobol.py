@@ -177,11 +177,17 @@ class _BatchedFits:
         self._problem = problem(scene, camera, list(numbers.values()), len(free), noise, nodes)
 
     def __call__(self, rows: Float[np.ndarray, "rows names"]) -> Float[np.ndarray, " rows"]:
-        """The target at up to `batch` rows of given numbers; NaN where a fit does not converge."""
+        """The target at up to `batch` rows of given numbers.
+
+        Raises NotConvergedError with the first ones whose fit has failed when one fails.
+        """
         values, scales = (
             np.array(each) for each in zip(*[(knob.value, knob.scale) for knob in self._given], strict=True)
         )
-        solution = solve(self._problem, self._problem.image, (rows - values) / scales)
+        solution = solve(self._problem, self._problem.image, (rows - values) / scales, until_failure=True)
+        if (failed := np.flatnonzero(solution.ended & ~solution.converged)).size:
+            row = ", ".join(f"{name} {value:.6g}" for name, value in zip(self.names, rows[failed[0]], strict=True))
+            raise NotConvergedError(f"the fit with {row} (SI units) does not converge: give smaller deviations")
         return self._target.value + self._target.scale * solution.steps[:, 0]
 
 
@@ -193,9 +199,6 @@ def _run_batches(
     while len(targets) < len(rows):
         batch = rows[len(targets) : len(targets) + fits.batch]
         values = fits(batch)
-        if (failed := np.flatnonzero(~np.isfinite(values))).size:
-            row = ", ".join(f"{name} {value:.6g}" for name, value in zip(fits.names, batch[failed[0]], strict=True))
-            raise NotConvergedError(f"the fit with {row} (SI units) does not converge: give smaller deviations")
         targets = np.concatenate([targets, values])
         if file is not None:
             file.write(targets)
