@@ -7,8 +7,13 @@ from fitting.model.basis import degrees as degrees
 from fitting.model.basis import model_coefficients as model_coefficients
 from fitting.model.basis import node_grid as node_grid
 from fitting.model.bench_start import scene_start as scene_start
+from fitting.model.parts import ADVICE as ADVICE
 from fitting.model.parts import EDGES as EDGES
+from fitting.model.parts import IMITATING as IMITATING
+from fitting.model.parts import LEAVING_OUT as LEAVING_OUT
 from fitting.model.parts import PARTS as PARTS
+from fitting.model.parts import PRICES as PRICES
+from fitting.model.parts import SEARCHED as SEARCHED
 from fitting.model.parts import WARPS as WARPS
 from fitting.model.parts import free_numbers as free_numbers
 from fitting.model.parts import numbers_of as numbers_of

@@ -1,11 +1,15 @@
 """The part of faces that are pressed together: a disc of contact, and what it does to the gap around it."""
 
-import jax
+from types import MappingProxyType
+
 import numpy as np
 
-from fitting.model.part import AbstractPart, Flattening
+from fitting.model.part import AbstractPart, Flattening, Shown
 from fitting.parameters import Numbers
 from newtonjax.scene import hertz_gap
+
+# Squared radii of discs that a search starts from [half diagonals squared].
+_SQUARES = tuple(0.002 * 1.7**k for k in range(8))
 
 
 class Contact(AbstractPart):
@@ -18,18 +22,40 @@ class Contact(AbstractPart):
     parameters = ("contact",)
     pins = ("phase",)
     edge = "contact"
+    probes = tuple({"contact": square} for square in (0.003, 0.01, 0.03, 0.08))
+    at_centre = True
+    # Many discs are tried: the evidence has to be strong (Kass and Raftery 1995).
+    clear = 6.0
+    unfitted = "no disc of contact fits the image: it is left out"
+    advice = MappingProxyType({"contact": "press less, or leave the rings next to the disc out by a mask"})
 
     def flatten(self, r2, unit2, numbers: Numbers):
         """Twice the sphere's radius times the gap."""
-        a2 = numbers.contact * unit2
-        if isinstance(r2, jax.Array) or isinstance(a2, jax.Array):
-            return hertz_gap(r2, a2)
-        return r2 if a2 == 0 else _hertz(r2, a2)[0]
+        return hertz_gap(r2, numbers.contact * unit2)
 
     def flattening(self, r2: np.ndarray, unit2, numbers: Numbers) -> Flattening:
         """The same with its derivatives."""
         gap, outwards, pressing = _hertz(r2, numbers.contact * unit2)
         return Flattening(gap, outwards, {"contact": pressing})
+
+    def starts(self, plain: Numbers) -> list[Numbers]:
+        """Discs of several sizes, the rings beyond them where they were."""
+        return [plain._replace(phase=plain.phase + 2 * plain.curvature * a2, contact=a2) for a2 in _SQUARES]
+
+    def pinned(self, numbers: Numbers, phase: float, turn: float) -> Numbers:
+        """Pinned, the phase beyond the disc allows a contact radius a turn: the nearest rung of that ladder.
+
+        Nearest to the phase of a positive contrast, since a negative one is the same as half a turn.
+        """
+        nearest = phase + np.round(numbers.phase + turn - phase)
+        contact = numbers.contact + (nearest - numbers.phase - turn) / (2 * numbers.curvature)
+        return numbers._replace(phase=nearest, contact=contact)
+
+    def shown(self, numbers: Numbers, length: float, is_scaled: bool) -> dict[str, Shown]:
+        """The disc's radius."""
+        root = np.sqrt(np.clip(numbers.contact, 0, None))
+        slope = np.where(root > 0, length / np.where(root > 0, 2 * root, 1.0), 0.0)
+        return {"contact": Shown("contact_radius" if is_scaled else "contact_radius_px", root * length, slope)}
 
 
 def _hertz(r2, a2):

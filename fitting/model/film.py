@@ -9,3 +9,5 @@ class Film(AbstractPart):
     name = "film"
     needs = ("contact",)
     frees = ("phase",)
+    # That of the phase.
+    price = 1

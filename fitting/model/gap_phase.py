@@ -31,7 +31,8 @@ def flattened(r2, unit2, numbers: Numbers):
     """What the parts add to r² where the gap is proportional to it [px²]."""
     share = r2
     for part in FLATTENING:
-        share = part.flatten(share, unit2, numbers)
+        if any(getattr(numbers, name) for name in part.parameters):
+            share = part.flattening(share, unit2, numbers).value
     return share - r2
 
 

@@ -1,5 +1,7 @@
 """The part of a view at an angle: round rings look elliptic."""
 
+from types import MappingProxyType
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -20,6 +22,7 @@ class ObliqueView(AbstractPart):
     parameters = ("stretch", "shear")
     is_warp = True
     stretches = ("stretch", "shear")
+    advice = MappingProxyType({"oblique_view": "look along the normal"})
 
     def reach(self, numbers: Numbers):
         """1/cos θ, which the stretch of determinant 1 leaves out."""

@@ -1,6 +1,7 @@
 """What a part of the rings' model is: the abstract class, which leaves the phase as it is."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +15,22 @@ class Flattening(NamedTuple):
     value: np.ndarray
     by_r2: np.ndarray | float
     by_number: Mapping[str, np.ndarray]
+
+
+class Shown(NamedTuple):
+    """A number as a result shows it: its name and value there, and the value's change per unit of the number."""
+
+    name: str
+    value: Any
+    slope: Any
+
+
+class Law(NamedTuple):
+    """What a part leaves out: its row of the budget, the number that stands for it, and how large that may be."""
+
+    row: str
+    number: str
+    size: float
 
 
 class AbstractPart:
@@ -31,6 +48,15 @@ class AbstractPart:
 
     And to the gap, by `flatten`: `edge` is the number above 0 of which that has an edge which nodes do not resolve.
 
+    How it is chosen:
+
+    - `probes`: numbers that a score test tries, of a part that is searched from several `starts`; without them the test
+      goes by the derivatives at 0. `at_centre`: whether it is seen only where the rings' centre is in the field.
+    - `price`: of it in the criterion, in numbers, as many as it has unless given; `clear`: by how much better the
+      criterion has to be with it.
+    - `unfitted`: what is said where it was asked for and is not found; `advice`: by row of the budget, what makes the
+      row smaller.
+
     Formulae work on numbers, on arrays of NumPy and on those of JAX.
     """
 
@@ -43,6 +69,12 @@ class AbstractPart:
     radial_power: int = 0
     stretches: tuple[str, str] | None = None
     edge: str = ""
+    probes: tuple[Mapping[str, float], ...] = ()
+    at_centre: bool = False
+    price: int | None = None
+    clear: float = 0.0
+    unfitted: str = "it is not found"
+    advice: Mapping[str, str] = MappingProxyType({})
 
     def displacements(self, ux, uy, u2) -> dict[str, tuple[Any, Any]]:  # noqa: ARG002
         """By number, (x, y); `u2`: |u|², of a centre beyond the frame 1, since nothing is known of the lens there.
@@ -60,7 +92,7 @@ class AbstractPart:
         return {}
 
     def flatten(self, r2, unit2, numbers: Numbers) -> Any:  # noqa: ARG002
-        """What becomes of r² [px²], to which the gap of touching spheres is proportional where they are shallow.
+        """By JAX, what becomes of r² [px²], to which the gap of shallow touching spheres is proportional.
 
         `unit2`: half a diagonal squared [px²], in which numbers that are areas are counted.
         """
@@ -69,3 +101,29 @@ class AbstractPart:
     def flattening(self, r2: np.ndarray, unit2, numbers: Numbers) -> Flattening:
         """The same with its derivatives, by NumPy."""
         raise NotImplementedError
+
+    def starts(self, plain: Numbers) -> list[Numbers]:
+        """Where to search it from, for the numbers of a fit without it."""
+        raise NotImplementedError
+
+    def pinned(self, numbers: Numbers, phase: float, turn: float) -> Numbers:  # noqa: ARG002
+        """The nearest numbers that it pins, for those of a fit in which another part frees these.
+
+        `phase`: of contact [turns]; `turn`: half a turn where the fit's contrast is negative.
+        """
+        return numbers
+
+    def imitates(self, numbers: Numbers, steepness: float, rim: float) -> tuple[str, str] | None:  # noqa: ARG002
+        """What else may look like it: in short, and why it is dropped; None for nothing.
+
+        `steepness`: (r/R)² of the sphere at the rim.
+        """
+        return None
+
+    def law(self, numbers: Numbers, present: Collection[str]) -> Law | None:  # noqa: ARG002
+        """What it leaves out beside the parts that are there; None for nothing."""
+        return None
+
+    def shown(self, numbers: Numbers, length: float, is_scaled: bool) -> dict[str, Shown]:  # noqa: ARG002
+        """Its numbers as a result shows them; `length`: half a diagonal [m], or [px] without a scale."""
+        return {name: Shown(name, getattr(numbers, name), 1.0) for name in self.parameters}

@@ -16,10 +16,18 @@ from fitting.parameters import NUMBERS
 _ORDER: tuple[AbstractPart, ...] = (ObliqueView(), Distortion(), FifthOrder(), Contact(), Film())
 PARTS = {part.name: part for part in _ORDER}
 WARPS = tuple(part.name for part in _ORDER if part.is_warp)
-# What each of them does to the phase; most do one thing.
-DISPLACING, REACHING, FLATTENING = (
+# Those that are searched from several starts, each with the part that frees what it pins.
+SEARCHED = {
+    part.name: next(other for other in _ORDER if part.name in other.needs and other.frees)
+    for part in _ORDER
+    if part.probes
+}
+ADVICE = {row: text for part in _ORDER for row, text in part.advice.items()}
+PRICES = {part.name: len(part.parameters) if part.price is None else part.price for part in _ORDER}
+# Those that have a method of their own: for the phase, and for what may be taken for them or is left out.
+DISPLACING, REACHING, FLATTENING, IMITATING, LEAVING_OUT = (
     tuple(part for part in _ORDER if getattr(type(part), method) is not getattr(AbstractPart, method))
-    for method in ("displacements", "reach", "flatten")
+    for method in ("displacements", "reach", "flatten", "imitates", "law")
 )
 # The numbers of radial powers 1, 2, ... of |u|², pairs of numbers that stretch, and numbers above 0 that make an edge.
 RADIAL = tuple(part.parameters[0] for part in sorted(_ORDER, key=lambda part: part.radial_power) if part.radial_power)

@@ -4,7 +4,7 @@ A model turns a few free numbers, all of order one, into the phase and the shape
 """
 
 from functools import partial
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 from numpy.polynomial.chebyshev import chebvander
 
 from fitting.model.basis import ENVELOPE, node_grid
-from fitting.model.parts import FLATTENING
+from fitting.model.parts import FLATTENING, PARTS, WARPS
 from fitting.model.warp import Frame, on_object, reach
 from fitting.parameters import Numbers, change, raise_lens
 from newtonjax.fields import fields_at, packed, polar
@@ -34,6 +34,8 @@ class GapModel(eqx.Module):
     power of c = factor k^power (`parameters.Quantities.sphere`), factor 0 where it is not known: then k r². Of a lens
     on a curved plate c is the sum of both curvatures, and `plate` the plate's [1/px].
     """
+
+    parts: ClassVar[tuple[str, ...]] = tuple(PARTS)
 
     frame: Frame
     sphere: tuple[Float[Array | np.ndarray, ""] | float, Float[Array | np.ndarray, ""] | float]
@@ -66,6 +68,11 @@ class GapModel(eqx.Module):
             share = part.flatten(share, unit2, numbers)
         return k * (r2 * spheres + (share - r2)) + numbers.phase
 
+    def steepness(self, numbers: Numbers, rim: float) -> float:
+        """(r/R)² of the sphere where the squared distance from the image's middle is `rim` [half diagonals²]."""
+        (factor, power), unit = self.sphere, self.frame.unit
+        return float(factor * abs(numbers.curvature / unit**2) ** power) ** 2 * rim * unit**2
+
 
 class SceneModel(eqx.Module):
     """Fringes of a traced bench on its screen.
@@ -73,6 +80,8 @@ class SceneModel(eqx.Module):
     `face` is the curved one. Free numbers: relative change of the unknown quantity, centre offset from the middle
     [units], rise of what lies above the gap [half wavelengths], and those of the parts that move points.
     """
+
+    parts: ClassVar[tuple[str, ...]] = WARPS
 
     frame: Frame
     scene: Scene
@@ -98,6 +107,10 @@ class SceneModel(eqx.Module):
         along = jnp.asarray(chebvander(chebyshev.nodes(ENVELOPE + 1), _TRACED - 1))
         phase, contrast = jnp.einsum("yj,fji,xi->fyx", along, table, along).reshape(2, -1)
         return jnp.stack([phase, contrast if self.frame.contrast is None else contrast * self.frame.contrast])
+
+    def steepness(self, numbers: Numbers, rim: float) -> float:  # noqa: ARG002
+        """What the gap formula leaves out of a steep sphere's view, a traced bench has."""
+        return 0.0
 
 
 def _ends(nodes):

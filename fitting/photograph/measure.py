@@ -254,5 +254,5 @@ def solve_bench(scene: Scene, task: Task, choice: Choice) -> Choice:
             f"where rings of any size explain {gap.explained:.0%}; check the scene, and what is fixed"
         )
         raise RefusedError(reason, photograph)
-    choice = adapt(bench, photograph, task.wishes | {"contact": False}, task.contact_phase)
+    choice = adapt(bench, photograph, task.wishes, task.contact_phase)
     return choice._replace(found=finely(choice.found, photograph))

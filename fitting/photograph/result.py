@@ -7,19 +7,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fitting.estimate import Fitted
+from fitting.model import ADVICE
 from fitting.parameters import TABLE, AbstractResult, Origin, Quantities, interval, origin_from
 from fitting.photograph.picture import Picture
 
 # What makes a row of the budget smaller that is no given quantity's.
 _ADVICE = {
     "noise": "more light, more frames, or a mask over what is not rings",
-    "oblique_view": "look along the normal",
-    "distortion": "keep the rings in the middle of a longer focal length",
-    "fifth_order": "keep the rings in the middle of a longer focal length",
-    "distortion's law": "keep the rings in the middle of a longer focal length",
-    "contact": "press less, or leave the rings next to the disc out by a mask",
     "sodium's two lines": "fewer rings, or a laser",
-    "view of a steep sphere": "give the bench as a scene",
     "light behind few fringes": "more rings in the picture, or more even light",
     "model": "look at the residual picture; mask what is not of one ring system, or take more rings",
 }
@@ -186,7 +181,7 @@ class FitResult(AbstractResult):
             return ""
         source, sd = max(self.budget, key=lambda row: row[1])
         advice = TABLE[source].advice if source in TABLE else ""
-        advice = _ADVICE.get(source) or advice or _ADVICE["model"]
+        advice = _ADVICE.get(source) or ADVICE.get(source) or advice or _ADVICE["model"]
         return f"largest: {source}, {sd**2 / total:.0%} of the variance; {advice}"
 
     def report(self) -> str:

@@ -4,6 +4,7 @@ They are made on blocks coarser than the final fit's, whose contrast is lowered 
 no last digit.
 """
 
+from collections.abc import Collection
 from dataclasses import replace
 from itertools import combinations
 from typing import NamedTuple
@@ -23,14 +24,11 @@ from fitting.estimate import (
     solve,
     tukey,
 )
-from fitting.model import BACKGROUND, PARTS, WARPS, numbers_of
+from fitting.model import BACKGROUND, PARTS, SEARCHED, WARPS, numbers_of
 from fitting.parameters import TABLE, Numbers
 from fitting.photo import Photograph, Reduced, pixels_of, reduce
 from fitting.photograph.phase_map import followed
 
-# Squared radii of contacts that a score test looks at, that trials start from, and the largest one that can be meant
-# [half diagonals squared].
-DISCS, _SQUARES, _WIDEST = (0.003, 0.01, 0.03, 0.08), tuple(0.002 * 1.7**k for k in range(8)), 0.3
 # A trial that has not settled after so many new moments is judged as it is; the chosen one is fitted again. Its phase
 # may be so far from the moments' [turns].
 _ROUNDS, _NEAR = 25, 0.1
@@ -39,7 +37,7 @@ _TOLERANCE = 0.02
 # Steps of a trial, and of each disc's before the best ones go on, and how many these are: false optima are near. One
 # that then has so many times the least chi-squared is on none of the best.
 _STEPS, _FIRST_STEPS, _FURTHER, _FALSE = 60, 3, 4, 2.0
-# Turns of phase, and share of the contact, within which two of them go to the same optimum.
+# Turns of phase, and share of a part's number, within which two of them go to the same optimum.
 _BESIDE = 0.2
 # Cycles of the finest fringe in a block of a trial, and blocks to a side that are left, at least.
 _CYCLES, _FEWEST = 0.4, 64
@@ -91,64 +89,57 @@ class Trials:
     def bent(self) -> Trial:
         """The fit with as many warps as it bears: a number beyond what can be meant is none of a camera."""
         allowed = [part for part in WARPS if self.wishes.get(part, True)]
-        for parts in (s for n in range(len(allowed), 0, -1) for s in combinations(allowed, n) if nested(s)):
+        for parts in (s for n in range(len(allowed), 0, -1) for s in combinations(allowed, n) if is_nested(s)):
             starts = [self.found.numbers]
             if self.before is not None:
                 starts.insert(0, self.before.numbers)
             elif (mapped := followed(self.found, parts)) is not None:
                 starts.insert(0, mapped)
             for start in starts:
-                full = self.fit(parts, start)
-                if self.is_sane(full):
-                    return full
+                trial = self.fit(parts, start)
+                if self.is_sane(trial):
+                    return trial
         return self.plain
 
-    def touching(self, full: Trial, pinned: float) -> list[Trial]:
-        """Fits with a contact: pinned, and with a film, as far as they are wished and there is one.
+    def searched(self, part: str, without: Trial, pinned: float) -> list[Trial]:
+        """Fits with a part beside another fit's: as it pins a number, and with what frees that, as far as wished.
 
-        Pinned, the phase beyond the disc allows a contact radius a turn. With a film that ladder is gone, so the search
-        goes there first, from discs of several sizes, and takes the nearest rung in the end: nearest to the phase of a
-        positive contrast, since a negative one is the same as half a turn.
+        `pinned`: the phase of contact. What it pins makes a ladder of optima. Freed that ladder is gone, so the search
+        goes there first, from several starts, and takes the nearest rung in the end.
         """
-        parts = (*full.parts, "contact", "film")
-        starts = [self._disc(square) for square in _SQUARES]
-        if self.before is not None and "contact" in self.before.parts:
+        freed = SEARCHED[part].name
+        parts = (*without.parts, part, freed)
+        starts = [np.array(start) for start in PARTS[part].starts(Numbers(*self.found.numbers))]
+        if self.before is not None and part in self.before.parts:
             starts = [self.before.numbers]
         first = sorted((self.fit(parts, at, _FIRST_STEPS) for at in starts), key=lambda fit: fit.solution.chi2)
         near = [fit for fit in first[:_FURTHER] if fit.solution.chi2 < _FALSE * first[0].solution.chi2]
-        tried: list[Trial] = []
+        finished: list[Trial] = []
         for at in near:
-            if not any(_is_beside(at, fit) for fit in tried):
-                tried.append(self.fit(parts, at.numbers))
-        tried = [fit for fit in tried if _is_disc(fit) and self.is_sane(fit)]
-        if not tried:
+            if not any(_is_beside(part, at, fit) for fit in finished):
+                finished.append(self.fit(parts, at.numbers))
+        finished = [fit for fit in finished if self.is_sane(fit)]
+        if not finished:
             return []
-        loose = min(tried, key=lambda fit: fit.solution.chi2)
-        numbers = Numbers(*loose.numbers)
-        turned = 0.5 if float(loose.solution.point.modulus.mean()) < 0 else 0.0
-        nearest = pinned + np.round(numbers.phase + turned - pinned)
-        contact = numbers.contact + (nearest - numbers.phase - turned) / (2 * numbers.curvature)
-        start = np.array(numbers._replace(phase=nearest, contact=contact))
-        tight = self.fit((*full.parts, "contact"), start)
-        fits = [tight] if _is_disc(tight) and self.is_sane(tight) and not self.wishes.get("film") else []
-        return fits + [loose] * self.wishes.get("film", True)
-
-    def _disc(self, square: float) -> np.ndarray:
-        """The plain fit's numbers with a disc of a squared radius, the rings beyond it where they were."""
-        plain = Numbers(*self.found.numbers)
-        return np.array(plain._replace(phase=plain.phase + 2 * plain.curvature * square, contact=square))
+        loose = min(finished, key=lambda fit: fit.solution.chi2)
+        turn = 0.5 if float(loose.solution.point.modulus.mean()) < 0 else 0.0
+        start = PARTS[part].pinned(Numbers(*loose.numbers), pinned, turn)
+        tight = self.fit((*without.parts, part), np.array(start))
+        fits = [tight] if self.is_sane(tight) and not self.wishes.get(freed) else []
+        return fits + [loose] * self.wishes.get(freed, True)
 
     def is_sane(self, fit: Trial) -> bool:
-        """Whether all numbers of a fit are such as can be meant."""
-        numbers = Numbers(*fit.numbers)
+        """Whether all numbers of a fit are such as can be meant: those of the camera, at the rim of the lit field."""
+        numbers = Numbers(*fit.numbers)._asdict()
         sizes = {
-            "stretch": np.hypot(numbers.stretch, numbers.shear),
-            "distortion": numbers.distortion * self.rim,
-            "distortion_fifth_order": numbers.distortion_fifth_order * self.rim**2,
+            name: numbers[name] * self.rim ** PARTS[part].radial_power
+            for part in fit.parts
+            for name in PARTS[part].parameters
         }
-        return bool(np.isfinite(fit.numbers).all()) and all(
-            abs(size) < max(TABLE[name].bounds) for name, size in sizes.items()
-        )
+        for pair in filter(None, (PARTS[part].stretches for part in fit.parts)):
+            sizes |= dict.fromkeys(pair, np.hypot(*(numbers[name] for name in pair)))
+        is_finite = bool(np.isfinite(fit.numbers).all())
+        return is_finite and all(TABLE[name].bounds[0] < size < TABLE[name].bounds[1] for name, size in sizes.items())
 
 
 def _coarser(found: Fitted, photograph: Photograph) -> Reduced:
@@ -172,17 +163,16 @@ def _without(numbers: np.ndarray, parts: tuple[str, ...]) -> np.ndarray:
     )
 
 
-def _is_disc(fit: Trial) -> bool:
-    return bool(0 < Numbers(*fit.numbers).contact < _WIDEST)
+def _is_beside(part: str, fit: Trial, reference: Trial) -> bool:
+    """Whether two fits with a searched part go to the same optimum: others are half a turn away."""
+    numbers, others = Numbers(*fit.numbers)._asdict(), Numbers(*reference.numbers)._asdict()
+    same_turn = all(abs(numbers[name] - others[name]) < _BESIDE for name in PARTS[part].pins)
+    return same_turn and all(
+        abs(numbers[name] - others[name]) < _BESIDE * max(abs(numbers[name]), abs(others[name]))
+        for name in PARTS[part].parameters
+    )
 
 
-def _is_beside(one: Trial, other: Trial) -> bool:
-    """Whether two fits with a contact go to the same optimum: others are half a turn away."""
-    first, second = Numbers(*one.numbers), Numbers(*other.numbers)
-    widest = max(abs(first.contact), abs(second.contact))
-    same_turn = abs(first.phase - second.phase) < _BESIDE
-    return bool(same_turn and abs(first.contact - second.contact) < _BESIDE * widest)
-
-
-def nested(parts) -> bool:
-    return "distortion" in parts or "fifth_order" not in parts
+def is_nested(names: Collection[str]) -> bool:
+    """Whether no part is there without what it needs."""
+    return all(need in names for name in names for need in PARTS[name].needs)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 
 from fitting.estimate import Fitted, Normal, bends, eliminate, evaluate, normal_equations, sums
-from fitting.model import BACKGROUND, PARTS, degrees, numbers_of
+from fitting.model import BACKGROUND, LEAVING_OUT, PARTS, degrees, numbers_of
 from fitting.parameters import NUMBERS, Numbers
 
 # A difference between two halves of the field beyond so many standard deviations is the model's, not the noise's.
@@ -17,9 +17,6 @@ _ROUNDING = 1e-7
 _SODIUM, _LINES = 589.294e-9, 0.597e-9
 # A visibility that falls by less tells nothing, and moves no radius.
 _FADING = 0.003
-# The two usual laws of distortion, from the image to the object and back, differ by 3 κ² in the fifth order: taken as
-# one and a half standard deviations where the image does not tell.
-_FIFTH = 2.0
 
 
 def image_rows(
@@ -30,9 +27,11 @@ def image_rows(
 ) -> list[tuple[str, float]]:
     """(source, standard deviation of the curvature) of all that is not a given quantity.
 
-    Noise with the parts' numbers held; then what each part's own numbers add; the law of a distortion; rival models
+    Noise with the parts' numbers held; then what each part's own numbers add; what these leave out; rival models
     that the image does not rule out; sodium's second line; and what halves of the field differ by beyond their noise.
     """
+    numbers, present = Numbers(*found.numbers), found.parts
+    laws = [part.law(numbers, present) for part in LEAVING_OUT if part.name in present]
     matrix, held = found.matrix, [part for part in found.parts if PARTS[part].parameters]
     before = matrix.holding(numbers_of(held)).deviation("curvature", variance)
     rows = [("noise", before)]
@@ -41,13 +40,10 @@ def image_rows(
         now = matrix.holding(numbers_of(held)).deviation("curvature", variance)
         rows.append((part, float(np.sqrt(max(now**2 - before**2, 0.0)))))
         before = max(now, before)
-    if "distortion" in found.parts and "fifth_order" not in found.parts:
-        (fifth,) = PARTS["fifth_order"].parameters
-        law = min(
-            _FIFTH * float(Numbers(*found.numbers).distortion) ** 2, _APART * matrix.deviation_if_free(fifth, variance)
-        )
-        rows.append(("distortion's law", abs(float(Numbers(*matrix.shift_by(fifth)).curvature)) * law))
-    curvature = float(Numbers(*found.numbers).curvature)
+    for law in filter(None, laws):
+        size = min(law.size, _APART * matrix.deviation_if_free(law.number, variance))
+        rows.append((law.row, abs(float(Numbers(*matrix.shift_by(law.number)).curvature)) * size))
+    curvature = float(numbers.curvature)
     rows += [(name, abs(float(Numbers(*rival.numbers).curvature) - curvature)) for name, rival in rivals]
     if wavelength is not None and abs(wavelength - _SODIUM) < 0.6 * _LINES:
         row = _doublet(found)
