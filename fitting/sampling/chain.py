@@ -142,7 +142,8 @@ def chain_of(
     import emcee
 
     flat = points.reshape(-1, target.dimensions)
-    excursion = float(in_blocks(excursions, target, flat).max())
+    # A walker that does not move stays where its last excursion is known.
+    excursion = float(in_blocks(excursions, target, np.unique(flat, axis=0)).max())
     sample = draws(target, fitted, quantities, flat)
     values = sample.values.reshape(*points.shape[:2], -1)
     time = np.atleast_1d(emcee.autocorr.integrated_time(values, quiet=True, tol=0))
