@@ -2,9 +2,9 @@
 
 import re
 import tomllib
-from collections.abc import Callable
+from dataclasses import MISSING, fields
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, cast
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -12,74 +12,45 @@ import tomli_w
 
 from newtonjax.benches import lens_on_plate
 from newtonjax.benches.arguments import BENCHES, Argument, arguments_of, refuse_old_names
-from newtonjax.numerics import shown
+from newtonjax.numerics import Scalar, Vector2, Vector3, shown
 from newtonjax.scene import Camera, CollectingLens, Light, Scene, Shield, Surface, word_of
 
 Three = tuple[float, float, float]
 Two = tuple[float, float]
-Positive = Annotated[float, msgspec.Meta(gt=0)]
-Made = TypeVar("Made")
-Pixels = Annotated[int, msgspec.Meta(ge=1)]
+
+# The tables of a file beside ready benches, [[surfaces]] among them, by what is made of them. A table has the fields of
+# its class, which checks their values.
+_PARTS = {
+    "surfaces": Surface,
+    "light": Light,
+    "screen": Surface,
+    "shield": Shield,
+    "collecting_lens": CollectingLens,
+    "camera": Camera,
+}
+_IN_TOML = {
+    Scalar: float,
+    Scalar | None: float | None,
+    Vector2: Two,
+    Vector2 | None: Two | None,
+    Vector3: Three,
+}
 
 
-class SurfaceTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """One surface, or the screen: curvature [1/m], vertex [m], tilt [rad]."""
-
-    curvature: float = 0.0
-    vertex: Three = (0.0, 0.0, 0.0)
-    tilt: Two = (0.0, 0.0)
-
-
-class LightTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """The source: vacuum wavelength [m], tilt [rad], polarization and ellipticity [rad] or absent, degree or absent."""
-
-    wavelength: Positive
-    tilt: Two = (0.0, 0.0)
-    polarization: float | None = None
-    ellipticity: float | None = None
-    degree: float | None = None
+def _struct_of(kind: type) -> type[msgspec.Struct]:
+    """What TOML may hold for a part of a bench, or for the camera."""
+    return msgspec.defstruct(
+        kind.__name__,
+        [
+            (field.name, _IN_TOML.get(field.type, field.type), *([] if field.default is MISSING else [field.default]))
+            for field in fields(kind)
+        ],
+        forbid_unknown_fields=True,
+        omit_defaults=True,
+    )
 
 
-class ShieldTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """An opaque plane with a round hole: its radius [m], vertex [m], tilt [rad]."""
-
-    radius: Positive
-    vertex: Three = (0.0, 0.0, 0.0)
-    tilt: Two = (0.0, 0.0)
-
-
-class CollectingLensTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """An ideal lens before the screen: focal length [m], vertex [m]."""
-
-    focal_length: Positive
-    vertex: Three
-
-
-class CameraTable(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """The camera: shape [rows, columns], pixel_size [m], and the rest of `Camera`."""
-
-    shape: tuple[Pixels, Pixels]
-    pixel_size: Positive
-    centre_px: Two | None = None
-    exposure: Positive = 10_000.0
-    full_well: Positive = 12_000.0
-    read_noise: Annotated[float, msgspec.Meta(ge=0)] = 5.0
-    bits: Annotated[int, msgspec.Meta(ge=8, le=16)] = 8
-
-
-class SceneFields(msgspec.Struct):
-    """What a file holds beside ready benches: surfaces with media, light, screen and beams (and perhaps a shield and a
-    collecting lens); and a camera.
-    """
-
-    surfaces: tuple[SurfaceTable, ...] | None = None
-    media: tuple[Positive, ...] | None = None
-    beams: tuple[str, ...] | None = None
-    light: LightTable | None = None
-    screen: SurfaceTable | None = None
-    shield: ShieldTable | None = None
-    collecting_lens: CollectingLensTable | None = None
-    camera: CameraTable | None = None
+_STRUCTS = {name: _struct_of(kind) for name, kind in _PARTS.items()}
 
 
 def _type_of(argument: Argument) -> Any:
@@ -100,23 +71,19 @@ _READY = {
 }
 _File = msgspec.defstruct(
     "SceneFile",
-    [(bench, table | None, None) for bench, table in _READY.items()],
-    bases=(SceneFields,),
+    [
+        *((bench, table | None, None) for bench, table in _READY.items()),
+        *(
+            (name, (tuple[struct, ...] if name == "surfaces" else struct) | None, None)
+            for name, struct in _STRUCTS.items()
+        ),
+        ("media", tuple[float, ...] | None, None),
+        ("beams", tuple[str, ...] | None, None),
+    ],
     forbid_unknown_fields=True,
     omit_defaults=True,
 )
-_TABLES = {
-    name: table.__struct_fields__
-    for name, table in {
-        **_READY,
-        "surfaces": SurfaceTable,
-        "screen": SurfaceTable,
-        "light": LightTable,
-        "shield": ShieldTable,
-        "collecting_lens": CollectingLensTable,
-        "camera": CameraTable,
-    }.items()
-}
+_FIELDS = {name: struct.__struct_fields__ for name, struct in {**_READY, **_STRUCTS}.items()}
 _BY_HAND = ("surfaces", "media", "beams", "light", "screen")
 _BESIDE = ("shield", "collecting_lens")  # what a scene by hand may have as well
 
@@ -142,30 +109,30 @@ def scene_from_text(text: str) -> tuple[Scene, Camera | None]:
     Raises ValueError with the field, the value and what is allowed.
     """
     table = _convert(tomllib.loads(text))
-    return _scene(table), _made(Camera, table.camera)
+    return _scene(table), _made("camera", table.camera)
 
 
-def _convert(content: dict) -> SceneFields:
+def _convert(content: dict) -> Any:
     """The file's tables, checked; what msgspec says of a bad one, with the value and the fields that it leaves out."""
     for bench in BENCHES:
         if isinstance(content.get(bench), dict):
             refuse_old_names(bench, content[bench])
     try:
-        return cast("SceneFields", msgspec.convert(content, _File))
+        return msgspec.convert(content, _File)
     except msgspec.ValidationError as error:
         problem, _, place = str(error).partition(" - at `$")
-        names, value, fields = re.findall(r"\w+", place), content, (*BENCHES, *SceneFields.__struct_fields__)
+        names, value, takes = re.findall(r"\w+", place), content, _File.__struct_fields__
         for name in names:
             value = value[int(name)] if isinstance(value, list) else value[name]
-            fields = _TABLES.get(name, fields) if name == names[0] else ()
+            takes = _FIELDS.get(name, takes) if name == names[0] else ()
         where = place.strip(".`") or "file"
         if isinstance(value, dict):
-            takes = f"; it takes {', '.join(fields)}" if fields else ""
-            raise ValueError(f"[{where}] {problem}{takes}") from None
+            advice = f"; it takes {', '.join(takes)}" if takes else ""
+            raise ValueError(f"[{where}] {problem}{advice}") from None
         raise ValueError(f"{where} is {value!r}; allowed: {problem.removeprefix('Expected ')}") from None
 
 
-def _scene(table: SceneFields) -> Scene:
+def _scene(table: Any) -> Scene:
     by_hand = [name for name in (*_BY_HAND, *_BESIDE) if getattr(table, name) is not None]
     ready = [name for name in BENCHES if getattr(table, name) is not None]
     if len(ready) + bool(by_hand) != 1:
@@ -176,24 +143,18 @@ def _scene(table: SceneFields) -> Scene:
     if ready:
         arguments = msgspec.structs.asdict(getattr(table, ready[0]))
         return getattr(lens_on_plate, ready[0])(**arguments)
-    surfaces, media, beams, light, screen = table.surfaces, table.media, table.beams, table.light, table.screen
-    if surfaces is None or media is None or beams is None or light is None or screen is None:
-        raise ValueError(
-            f"{', '.join(set(_BY_HAND) - set(by_hand))} missing; a scene by hand takes {', '.join(_BY_HAND)}"
-        )
+    if missing := [name for name in _BY_HAND if getattr(table, name) is None]:
+        raise ValueError(f"{', '.join(missing)} missing; a scene by hand takes {', '.join(_BY_HAND)}")
     return Scene(
-        surfaces=tuple(Surface(**msgspec.structs.asdict(surface)) for surface in surfaces),
-        media=media,
-        light=Light(**msgspec.structs.asdict(light)),
-        screen=Surface(**msgspec.structs.asdict(screen)),
-        beams=tuple(word_of(beam, len(surfaces)) for beam in beams),
-        shield=_made(Shield, table.shield),
-        collecting_lens=_made(CollectingLens, table.collecting_lens),
+        surfaces=tuple(Surface(**msgspec.structs.asdict(surface)) for surface in table.surfaces),
+        media=table.media,
+        beams=tuple(word_of(beam, len(table.surfaces)) for beam in table.beams),
+        **{name: _made(name, getattr(table, name)) for name in ("light", "screen", *_BESIDE)},
     )
 
 
-def _made(kind: Callable[..., Made], table: msgspec.Struct | None) -> Made | None:
-    return None if table is None else kind(**msgspec.structs.asdict(table))
+def _made(name: str, table: msgspec.Struct | None) -> Any:
+    return None if table is None else _PARTS[name](**msgspec.structs.asdict(table))
 
 
 def save_scene(path: str | Path, scene: Scene, camera: Camera | None = None) -> None:
@@ -212,25 +173,18 @@ def save_scene(path: str | Path, scene: Scene, camera: Camera | None = None) -> 
 def scene_text(scene: Scene, camera: Camera | None = None) -> str:
     """What `save_scene` writes."""
     table = _File(
-        surfaces=tuple(_table(SurfaceTable, surface) for surface in scene.surfaces),
+        surfaces=tuple(_table("surfaces", surface) for surface in scene.surfaces),
         media=_plain(scene.media),
         beams=scene.beams,
-        light=_table(LightTable, scene.light),
-        screen=_table(SurfaceTable, scene.screen),
-        shield=_table(ShieldTable, scene.shield),
-        collecting_lens=_table(CollectingLensTable, scene.collecting_lens),
-        camera=_table(CameraTable, camera),
+        **{name: _table(name, getattr(scene, name)) for name in ("light", "screen", *_BESIDE)},
+        camera=_table("camera", camera),
     )
     return tomli_w.dumps(_without_none(msgspec.to_builtins(table)))
 
 
-def _table(kind: type[Made], part: Any) -> Made | None:
+def _table(name: str, part: Any) -> msgspec.Struct | None:
     """A part of a bench, or the camera, as a table of the file; `_made` is the way back."""
-    return (
-        None
-        if part is None
-        else kind(**{name: _plain(getattr(part, name)) for name in cast("Any", kind).__struct_fields__})
-    )
+    return None if part is None else _STRUCTS[name](**{at: _plain(getattr(part, at)) for at in _FIELDS[name]})
 
 
 def _plain(value: Any) -> Any:
