@@ -17,7 +17,7 @@ from fitting.designs.prospects import LIMITS, Bench, Layout, Limits, forecast
 from fitting.designs.search import BINDS, Search, infeasible
 from fitting.parameters import Deviations, Progress, progress_of
 from fitting.studies import says_its_bench
-from newtonjax.numerics import require_whole
+from newtonjax.numerics import require_choice, require_mapping, require_whole
 from newtonjax.scene import Camera, Scene
 
 # Nodes, samples and shifts of the fringes that are searched on, each with those whose forecast judges it: where they
@@ -68,8 +68,9 @@ def design(
 
     """
     require_whole("starts", starts)
-    if robust not in ("worst", "mean"):
-        raise ValueError(f"robust is {robust!r}; allowed: 'worst' or 'mean'")
+    require_choice("robust", robust, ("worst", "mean"))
+    for name, table in (("vary", vary), ("choose", choose), ("sd", sd)):
+        require_mapping(name, table)
     task = DesignTask(scene, camera, dict(vary), dict(choose or {}), target, free, dict(sd or {}), over)
     limits = Limits(pixels_per_fringe, fill_fraction, *rings)
     for name, value in zip(limits._fields, limits, strict=True):

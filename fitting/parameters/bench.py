@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.parameters.table import TABLE, ParameterSpec
+from newtonjax.numerics import names_in, shown
 from newtonjax.scene import Camera, Scene, dot, frame, gap_height, middle, require_bench, required_gap
 
 Bench = tuple[Scene, Camera]
@@ -92,11 +93,12 @@ def _knob(name: str, value: float, move, scale: float | None = None) -> Knob:
 
 def chosen(present: dict[str, Knob], names: tuple[str, ...]) -> dict[str, Knob]:
     """Some of `knobs`, in the order of their names. Raises ValueError for what is not there, and for none."""
+    names = names_in("numbers", names)
     if absent := [name for name in names if name not in present]:
         why = " (no face of its gap is curved)" if "radius" in absent and "radius" not in present else ""
         near = get_close_matches(absent[0], present, 1)
         meant = f", perhaps {near[0]}" if near else ""
-        raise ValueError(f"{absent[0]!r} is not a number of this scene{why}; allowed: {', '.join(present)}{meant}")
+        raise ValueError(f"{shown(absent[0])} is not a number of this scene{why}; allowed: {', '.join(present)}{meant}")
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise ValueError(f"{twice[0]} is named twice; give each number at most once")
     if not names:

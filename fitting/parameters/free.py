@@ -2,6 +2,8 @@
 
 from collections.abc import Iterable, Sequence
 
+from newtonjax.numerics import names_in, shown
+
 _TARGETS = ("radius", "wedge_angle", "gap")
 _OF_RINGS = ("radius", "gap", "centre_x", "centre_y", "exposure", "contrast")
 # Fringes of plane faces have no centre.
@@ -24,11 +26,13 @@ def free_names(present: Iterable[str], free: Sequence[str] | str | None) -> tupl
     """The free numbers that are named, or those of `default_free`."""
     if free is None:
         return default_free(present)
-    return (free,) if isinstance(free, str) else tuple(free)
+    return names_in("free", free)
 
 
 def target_first(present: Iterable[str], target: str | None, free: Sequence[str] | str | None) -> tuple[str, ...]:
     """The measured number, and the others that are determined with it."""
     present = tuple(present)
     measured = default_target(present) if target is None else target
+    if not isinstance(measured, str):
+        raise ValueError(f"target is {shown(measured)}; allowed: the name of a number")
     return (measured, *(name for name in free_names(present, free) if name != measured))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fitting.parameters.table import TABLE
+from newtonjax.numerics import is_real, shown
 from newtonjax.scene import RELATIVE_SD
 
 # What may be 0, and have a deviation all the same.
@@ -21,11 +22,11 @@ EXPONENTS = {"radius": -1, "wavelength": -1, "pixel_size": 2, "gap_index": 1}
 def number(name: str, value) -> float:
     """A finite number out of what was given. Raises ValueError for anything else."""
     try:
-        result = float(np.asarray(value).item())
-    except (TypeError, ValueError):
+        result = float(np.asarray(value).item()) if is_real(value) else np.nan
+    except (TypeError, ValueError, OverflowError):
         result = np.nan
     if not np.isfinite(result):
-        raise ValueError(f"{name} is {value!r}; allowed: one finite number in SI units")
+        raise ValueError(f"{name} is {shown(value)}; allowed: one finite number in SI units")
     return result
 
 
@@ -47,7 +48,8 @@ def absolute_sd(name: str, sd: Deviation | None, value: Any) -> float | None:
         return None
     is_relative, size = read_sd(sd)
     if not 0 <= size < np.inf:
-        raise ValueError(f'{name}_sd is {sd}; allowed: zero or a positive number in SI units, or a text such as "0.1%"')
+        allowed = 'zero or a positive number in SI units, or a text such as "0.1%"'
+        raise ValueError(f"{name}_sd is {shown(sd)}; allowed: {allowed}")
     if size and value is None:
         raise ValueError(f"{name}_sd is given without {name}; give both, or neither")
     if value is None:
@@ -68,7 +70,7 @@ def read_sd(sd: Any) -> tuple[bool, float]:
     is_relative = text.endswith("%")
     try:
         return is_relative, 0.01 * float(text[:-1]) if is_relative else float(np.asarray(sd).item())
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return is_relative, np.nan
 
 
@@ -93,13 +95,13 @@ def _checked(argument: str, values, scalars: set[str]) -> dict:
         return {}
     allowed = sorted({"centre_px", *scalars})
     if not isinstance(values, Mapping) or set(values) - set(allowed):
-        raise ValueError(f"{argument} is {values!r}; allowed: a mapping of {', '.join(allowed)}")
+        raise ValueError(f"{argument} is {shown(values)}; allowed: a mapping of {', '.join(allowed)}")
     numbers: dict = {name: number(f"{argument}: {name}", values[name]) for name in values if name in scalars}
     if "centre_px" in values:
         pair = np.atleast_1d(np.asarray(values["centre_px"], dtype=object))
         if pair.shape != (2,):
             raise ValueError(
-                f"{argument}: centre_px is {values['centre_px']!r}; allowed: two numbers, (x, y) in pixels"
+                f"{argument}: centre_px is {shown(values['centre_px'])}; allowed: two numbers, (x, y) in pixels"
             )
         numbers["centre_px"] = tuple(number(f"{argument}: centre_px", value) for value in pair)
     return numbers

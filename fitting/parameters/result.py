@@ -80,7 +80,10 @@ def _bytes_of(source: Any) -> Any:
     """What is hashed of an array or a table; the pixels of an array without a copy of them."""
     if isinstance(source, Mapping):
         return repr({str(key): np.asarray(column, dtype=object).tolist() for key, column in source.items()}).encode()
-    array = np.asarray(source)
+    try:
+        array = np.asarray(source)
+    except ValueError:  # a ragged list, which the verb itself refuses
+        return repr(source).encode()
     if array.dtype.hasobject:
         return repr(array.tolist()).encode()
     return np.ascontiguousarray(array).view(np.uint8) if array.ndim else array.tobytes()

@@ -49,7 +49,7 @@ def array_of(source: Any, name: str) -> np.ndarray:
         raise ValueError(f"{name} is {_kind(source)} that makes no array; allowed: {_ALLOWED}") from error
     kind = array.dtype
     if not (np.issubdtype(kind, np.integer) or np.issubdtype(kind, np.floating) or kind.kind == "b"):
-        raise ValueError(f"{name} is {_kind(source)} of type {kind}; allowed: {_ALLOWED}")
+        raise ValueError(f"{name} is {_kind(source)} of type {str(kind)[:40]}; allowed: {_ALLOWED}")
     return array
 
 

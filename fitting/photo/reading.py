@@ -196,14 +196,14 @@ def _transfer(transfer: str | float | None, top: float) -> tuple[float | None, s
     """The curve's exponent, None for sRGB, and its name."""
     if transfer is None:
         transfer = "srgb" if top <= 255 else "linear"
-    if transfer in ("linear", "srgb"):
+    if isinstance(transfer, str) and transfer in ("linear", "srgb"):
         return (1.0 if transfer == "linear" else None), str(transfer)
     try:
-        exponent = float(transfer)
-    except (TypeError, ValueError):
+        exponent = float(transfer) if isinstance(transfer, str | float | int | np.number) else np.nan
+    except (TypeError, ValueError, OverflowError):
         exponent = np.nan
     if not 0.1 <= exponent <= 10:
-        raise ValueError(f"transfer is {transfer!r}; allowed: 'linear', 'srgb', or an exponent from 0.1 to 10")
+        raise ValueError(f"transfer is {shown(transfer)}; allowed: 'linear', 'srgb', or an exponent from 0.1 to 10")
     return exponent, f"exponent {exponent:g}"
 
 

@@ -21,7 +21,7 @@ from fitting.photograph.frame_fit import FrameFit, FrameScale
 from fitting.photograph.measure import fit
 from fitting.photograph.task import checked_parts
 from fitting.photograph.tracking import LostError, Track, begin, follow
-from newtonjax.numerics import x64
+from newtonjax.numerics import names_in, require_choice, x64
 
 
 def fit_stack(
@@ -71,14 +71,13 @@ def fit_stack(
 
 def _checked(arguments: dict) -> Quantities:
     """What is given. Raises ValueError for what `fit` would not take."""
-    if arguments["view"] not in (None, "reflected", "transmitted"):
-        raise ValueError(f"view is {arguments['view']!r}; allowed: 'reflected' or 'transmitted'")
+    if (view := arguments["view"]) is not None:
+        require_choice("view", view, ("reflected", "transmitted"))
     checked_parts(arguments["parts"])
     checked_fixed(arguments["fixed"])
     checked_start(arguments["start"])
     checked_plate(arguments["plate_radius"], arguments["plate_radius_sd"])
-    free = arguments["free"]
-    free = (free,) if isinstance(free, str) else tuple(free or ())
+    free = names_in("free", arguments["free"])
     values = {name: arguments[name] for name in EXPONENTS}
     if values["gap_index"] is None and "gap_index" not in free:
         values["gap_index"] = 1.0

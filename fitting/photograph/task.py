@@ -18,6 +18,7 @@ from fitting.parameters import (
 from fitting.photo import Photograph
 from fitting.photo import read as read_photograph
 from fitting.photograph.verdict import RefusedError
+from newtonjax.numerics import names_in, require_choice, shown
 from newtonjax.scene import Scene, required_gap
 
 _UNSTATED = (
@@ -60,7 +61,7 @@ def checked_parts(parts) -> dict[str, bool]:
     """The user's wishes by part. Raises ValueError for other names or values."""
     parts = {} if parts is None else parts
     if not isinstance(parts, dict) or set(parts) - set(PARTS) or not all(isinstance(v, bool) for v in parts.values()):
-        raise ValueError(f"parts is {parts!r}; allowed: a mapping of {', '.join(PARTS)} to True or False")
+        raise ValueError(f"parts is {shown(parts)}; allowed: a mapping of {', '.join(PARTS)} to True or False")
     return dict(parts)
 
 
@@ -69,9 +70,11 @@ def task_of(arguments: dict[str, Any]) -> Task:
 
     Raises ValueError and FileNotFoundError for what cannot be used, RefusedError for a photograph without fringes.
     """
-    image, scene, view = arguments["image"], arguments["scene"], arguments["view"] or "reflected"
-    if view not in ("reflected", "transmitted"):
-        raise ValueError(f"view is {view!r}; allowed: 'reflected' or 'transmitted'")
+    image, scene, view = arguments["image"], arguments["scene"], arguments["view"]
+    view = "reflected" if view is None else view
+    require_choice("view", view, ("reflected", "transmitted"))
+    if not isinstance(scene, Scene | None):
+        raise ValueError(f"scene is {shown(scene)}; allowed: a Scene, such as newton_rings(1.0), or None")
     wishes = checked_parts(arguments["parts"])
     given = _quantities(arguments, scene)
     fixed, start = checked_fixed(arguments["fixed"]), checked_start(arguments["start"])
@@ -95,9 +98,9 @@ def task_of(arguments: dict[str, Any]) -> Task:
 def _quantities(arguments: dict[str, Any], scene: Scene | None) -> Quantities:
     values = {name: arguments[name] for name in ("radius", "wavelength", "pixel_size", "gap_index")}
     sd, free = {name: arguments[f"{name}_sd"] for name in values}, arguments["free"]
-    free = (free,) if isinstance(free, str) else tuple(free or ())
+    free = names_in("free", free)
     if set(free) - set(values):
-        raise ValueError(f"free is {free}; allowed: radius, wavelength, pixel_size or gap_index")
+        raise ValueError(f"free is {shown(free)}; allowed: radius, wavelength, pixel_size or gap_index")
     if scene is None:
         values["gap_index"] = 1.0 if values["gap_index"] is None else values["gap_index"]
     else:

@@ -8,8 +8,8 @@ from jaxtyping import Array, Bool, Float
 
 from newtonjax.fields import jet_fields
 from newtonjax.methods import Chebyshev
-from newtonjax.numerics import Jet, Scalar, jets, module_of, positive, require
-from newtonjax.scene import Camera, Scene
+from newtonjax.numerics import Jet, Scalar, is_concrete, jets, module_of, require, shown
+from newtonjax.scene import NOISE, Camera, Scene
 
 # Names of numbers, and how each is moved (`knobs.Knob.move`): hashable, so that they may be static arguments.
 Moves = tuple[tuple[str, Callable], ...]
@@ -68,8 +68,11 @@ def weights(image, camera: Camera, noise: Scalar | None):
     """
     xp = module_of(image)
     if noise is not None:
-        require("noise", noise, "a positive standard deviation, in incident irradiance", positive)
-        return xp.full_like(image, 1.0) / (noise * camera.exposure) ** 2
+        allowed = f"a standard deviation of {NOISE.words}, in incident irradiance"
+        require("noise", noise, allowed, NOISE.holds)
+        if is_concrete(noise) and np.ndim(noise):
+            raise ValueError(f"noise is {shown(noise)}; allowed: {allowed}")
+        return xp.full_like(image, 1.0) / (1.0 * noise * camera.exposure) ** 2
     return xp.where(image < camera.full_well, 1 / variance(image, camera), 0.0)
 
 

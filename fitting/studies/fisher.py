@@ -19,7 +19,7 @@ from fitting.studies.information_result import Information
 from fitting.studies.pixel_sums import equations
 from newtonjax.fields import error_from_nodes, jet_fields
 from newtonjax.methods import Chebyshev, require_method, unreached
-from newtonjax.numerics import jets
+from newtonjax.numerics import jets, require_mapping
 from newtonjax.scene import Camera, Scene
 
 # Nodes to a side that are tried, at most.
@@ -54,6 +54,7 @@ def information(
 
     """
     require_method(method, Chebyshev)
+    require_mapping("sd", sd)
     present = knobs(scene, camera)
     names = free_names(present, free)
     numbers = tuple(chosen(present, names).values())

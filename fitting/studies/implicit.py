@@ -18,7 +18,7 @@ from fitting.parameters import chosen, free_names, knobs
 from fitting.studies import gauss_newton, traced_fit
 from fitting.studies.fisher import fine_nodes
 from fitting.studies.gauss_newton import Problem, Solution, problem
-from newtonjax.methods import Chebyshev
+from newtonjax.methods import Chebyshev, require_method
 from newtonjax.numerics import is_concrete, require_x64, x64
 from newtonjax.scene import Camera, Scene
 
@@ -65,6 +65,7 @@ def measurement(
 
     """
     numbers = knobs(scene, camera)
+    require_method(method, Chebyshev)
     free_knobs = chosen(numbers, free_names(numbers, free))
     nodes = (fine_nodes(scene, camera) if method is None else method).nodes
 

@@ -11,6 +11,7 @@ from fitting.parameters import absolute_sd, check_quantity, number, says_its_ori
 from fitting.tables.judgement import Bench, Judgement
 from fitting.tables.result import RingsResult
 from fitting.tables.table import readings
+from newtonjax.numerics import require_choice, shown
 
 # The largest standard deviation of what is given, as a share of it, and of an angle [rad].
 _LARGEST_SD, _LARGEST_ANGLE_SD = 0.25, np.pi / 4
@@ -100,8 +101,9 @@ def rings(
 
 def _checked_sds(arguments: dict) -> dict[str, float]:
     """Standard deviations by name, 0 for those not given. Raises ValueError for arguments that cannot be used."""
-    if arguments["view"] not in ("reflected", "transmitted"):
-        raise ValueError(f"view is {arguments['view']!r}; allowed: 'reflected' or 'transmitted'")
+    require_choice("view", arguments["view"], ("reflected", "transmitted"))
+    if not isinstance(arguments["bright"], bool | np.bool_):
+        raise ValueError(f"bright is {shown(arguments['bright'])}; allowed: True or False")
     for name in ("wavelength", "pixel_size", "gap_index", "radius"):
         check_quantity(name, arguments[name])
     check_quantity("expected_radius", arguments["expected_radius"], "radius")

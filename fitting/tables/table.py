@@ -10,6 +10,7 @@ import numpy as np
 
 from fitting.tables import headers
 from fitting.tables.columns import columns_of, numbers
+from newtonjax.numerics import shown
 
 # A ring's radius over what a column of that kind holds; "left" is the difference to "right".
 _FACTORS = {"left": 0.5, "diameter": 0.5, "radius": 1.0}
@@ -99,7 +100,7 @@ def _in_metres(unit: str) -> float:
 def _named(table_cells: Mapping[str, Sequence], columns: Mapping[str, str] | None) -> tuple[dict[str, Sequence], set]:
     """Columns by the names of `headers.NAMES`, and which of them the user named. Raises ValueError for other names."""
     if columns is not None and not isinstance(columns, Mapping):
-        raise ValueError(f"columns is {columns!r}; give a mapping such as {{'diameter_mm': 'D'}}")
+        raise ValueError(f"columns is {shown(columns)}; give a mapping such as {{'diameter_mm': 'D'}}")
     cells, named = {}, set()
     for header, column in table_cells.items():
         name = "" if header in list((columns or {}).values()) else headers.canonical(header)

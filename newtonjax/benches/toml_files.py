@@ -1,5 +1,6 @@
 """Scenes and cameras in TOML files: SI floats, every field checked, nothing rounded."""
 
+import os
 import re
 import tomllib
 from dataclasses import MISSING, fields
@@ -93,7 +94,7 @@ def load_scene(path: str | Path) -> tuple[Scene, Camera | None]:
 
     Raises FileNotFoundError, and ValueError with the file, the field, the value and what is allowed.
     """
-    path = Path(path)
+    path = _path(path)
     if not path.is_file():
         raise FileNotFoundError(f"{path} is not a file; give the path of a scene in TOML (see docs/scene.toml)")
     try:
@@ -166,8 +167,14 @@ def save_scene(path: str | Path, scene: Scene, camera: Camera | None = None) -> 
         if not isinstance(value, kind):
             raise ValueError(f"{name} is {shown(value)}; allowed: a {name.capitalize()}")
     text = scene_text(scene, camera)
-    with Path(path).open("x", encoding="utf-8") as file:
+    with _path(path).open("x", encoding="utf-8") as file:
         file.write(text)
+
+
+def _path(path) -> Path:
+    if not isinstance(path, str | os.PathLike) or "\0" in str(path):
+        raise ValueError(f"path is {shown(path)}; allowed: the path of a file")
+    return Path(path)
 
 
 def scene_text(scene: Scene, camera: Camera | None = None) -> str:

@@ -4,9 +4,9 @@ import jax
 import numpy as np
 
 from newtonjax.fields.packed import pack
-from newtonjax.numerics import require_concrete, x64
+from newtonjax.numerics import finite, require, require_concrete, shown, x64
 from newtonjax.rays import trace
-from newtonjax.scene import Scene, word_of
+from newtonjax.scene import Scene, require_scene, word_of
 
 
 def meeting_height(scene: Scene, first: str, second: str, start: tuple[float, float] | None = None) -> float:
@@ -24,13 +24,16 @@ def meeting_height(scene: Scene, first: str, second: str, start: tuple[float, fl
     Raises ValueError for an unknown name, for rays that never leave, and for traced values.
 
     """
+    require_scene(scene)
     require_concrete("meeting_height", scene)
     words = tuple(word_of(name, len(scene.surfaces)) for name in (first, second))
     bare = Scene(scene.surfaces, scene.media, scene.light, scene.screen, words)
     if start is None:
         start = (1e-4 / max([1.0, *(abs(float(s.curvature)) for s in scene.surfaces)]), 0.0)
-    if len(start) != 2:
-        raise ValueError(f"start is {start}; allowed: two lengths in metres, (u, v)")
+    allowed = "two lengths in metres, (u, v)"
+    require("start", start, allowed, finite)
+    if np.shape(start) != (2,):
+        raise ValueError(f"start is {shown(start)}; allowed: {allowed}")
     bench = pack(bare)
     with x64():
         landing = _rays(bench.routes, bench.setting, np.array(start, dtype=float))

@@ -30,7 +30,7 @@ from newtonjax.methods.base import (
     unreached,
 )
 from newtonjax.methods.pictures import OnNodes
-from newtonjax.numerics import chebyshev, is_concrete
+from newtonjax.numerics import chebyshev, is_concrete, shown
 from newtonjax.scene import Camera, Scene, corners, node_points
 
 # Passes of a cosine: what a pixel costs for each degree of a field, and what else it costs.
@@ -56,9 +56,9 @@ class Chebyshev(AbstractMethod):
 
     def __post_init__(self):
         if not isinstance(self.nodes, int) or not 2 <= self.nodes <= 129:
-            raise ValueError(f"nodes is {self.nodes!r}; allowed: a whole number from 2 to 129, to a side")
+            raise ValueError(f"nodes is {shown(self.nodes)}; allowed: a whole number from 2 to 129, to a side")
         if self.dtype is not None and not (isinstance(self.dtype, str) and self.dtype in ("float32", "float64")):
-            raise ValueError(f"dtype is {self.dtype!r}; allowed: 'float32', 'float64', or None for JAX's setting")
+            raise ValueError(f"dtype is {shown(self.dtype)}; allowed: 'float32', 'float64', or None for JAX's setting")
 
     def check(self, scene: Scene) -> None:
         """Every part of a scene is honoured; `render` refuses where a beam does not reach the whole image."""

@@ -13,9 +13,9 @@ from newtonjax.methods.base import AbstractMethod, CannotHonourError
 from newtonjax.methods.meeting import Rule, Source, add_block, no_sums
 from newtonjax.methods.meeting_error import largest_error
 from newtonjax.methods.traced import by_blocks
-from newtonjax.numerics import image_memory, require_concrete, require_x64, x64
+from newtonjax.numerics import image_memory, require_concrete, require_x64, shown, x64
 from newtonjax.rays import Arrival
-from newtonjax.scene import Camera, Scene
+from newtonjax.scene import Camera, Scene, require_bench
 
 # Points to a side at which the frame is aimed at, to find where on the source its light comes from; and where a rim
 # runs through it.
@@ -95,13 +95,15 @@ class Splat(AbstractMethod):
         for name in ("step", "epsilon"):
             value = getattr(self, name)
             if value is not None and not (isinstance(value, float | int) and 0 < value < np.inf):
-                raise ValueError(f"{name} is {value!r}; allowed: a positive length in metres, or None")
+                raise ValueError(f"{name} is {shown(value)}; allowed: a positive length in metres, or None")
         for name, allowed in (("pairing", ("midpoint", "pixel")), ("path", ("wavelet", "raw"))):
-            if getattr(self, name) not in allowed:
-                raise ValueError(f"{name} is {getattr(self, name)!r}; allowed: {' or '.join(map(repr, allowed))}")
+            if not isinstance(getattr(self, name), str) or getattr(self, name) not in allowed:
+                raise ValueError(f"{name} is {shown(getattr(self, name))}; allowed: {' or '.join(map(repr, allowed))}")
         for name in ("budget", "chunk"):
-            if not 1 <= getattr(self, name) < 2**31:  # pixels count their pairs in 32 bits
-                raise ValueError(f"{name} is {getattr(self, name)}; allowed: 1 to 2147483647")
+            count = getattr(self, name)
+            # Pixels count their pairs in 32 bits.
+            if not (isinstance(count, int) and 1 <= count < 2**31):
+                raise ValueError(f"{name} is {shown(count)}; allowed: 1 to 2147483647")
 
     @property
     def rule(self) -> Rule:
@@ -139,7 +141,8 @@ def splat(scene: Scene, camera: Camera, method: Splat | None = None) -> Splatted
     """
     method = Splat() if method is None else method
     if not isinstance(method, Splat):
-        raise ValueError(f"method is {method!r}; allowed: Splat(...)")
+        raise ValueError(f"method is {shown(method)}; allowed: Splat(...)")
+    require_bench(scene, camera)
     require_concrete("Splat", scene, camera)
     method.check(scene)
     image_memory(camera.shape, _BYTES)

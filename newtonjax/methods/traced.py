@@ -11,7 +11,7 @@ from jaxtyping import Array, Float, Shaped
 
 from newtonjax.fields import ErrorEstimate, fields_at, intensity, opd_at, packed, path_difference
 from newtonjax.methods.base import AbstractMethod, require_two_beams
-from newtonjax.numerics import is_concrete, require_concrete, x64
+from newtonjax.numerics import is_concrete, require_concrete, require_whole, x64
 from newtonjax.rays import Arrival
 from newtonjax.scene import Camera, Scene
 
@@ -32,8 +32,9 @@ class Traced(AbstractMethod):
     chunk: int = 16384
 
     def __post_init__(self):
-        if self.chunk < 1:
-            raise ValueError(f"chunk is {self.chunk}; allowed: 1 pixel or more")
+        if self.chunk is None:
+            raise ValueError("chunk is None; allowed: 1 pixel or more")
+        require_whole("chunk", self.chunk)
 
     def check(self, scene: Scene) -> None:
         """Every scene is honoured."""

@@ -28,10 +28,14 @@ from newtonjax.numerics.quantities import functions as functions
 from newtonjax.numerics.quantities import is_concrete as is_concrete
 from newtonjax.numerics.quantities import is_real as is_real
 from newtonjax.numerics.quantities import module_of as module_of
+from newtonjax.numerics.quantities import names_in as names_in
 from newtonjax.numerics.quantities import namespace as namespace
 from newtonjax.numerics.quantities import positive as positive
 from newtonjax.numerics.quantities import require as require
+from newtonjax.numerics.quantities import require_choice as require_choice
+from newtonjax.numerics.quantities import require_mapping as require_mapping
 from newtonjax.numerics.quantities import require_pair as require_pair
+from newtonjax.numerics.quantities import require_size as require_size
 from newtonjax.numerics.quantities import require_tolerance as require_tolerance
 from newtonjax.numerics.quantities import require_whole as require_whole
 from newtonjax.numerics.quantities import shown as shown

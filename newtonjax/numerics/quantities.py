@@ -1,6 +1,7 @@
 """What a number may be: a Python float, a NumPy or JAX array, or a traced value."""
 
-import numbers
+import sys
+from collections.abc import Mapping, Set
 from typing import Any
 
 import jax
@@ -15,6 +16,9 @@ from newtonjax.numerics.jet import Jet
 Scalar = float | int | np.floating | Float[Array | np.ndarray, ""] | Int[Array | np.ndarray, ""] | Float[Any, ""]
 Vector2 = tuple[Scalar, Scalar] | Float[Any, "2"]
 Vector3 = tuple[Scalar, Scalar, Scalar] | Float[Any, "3"]
+
+
+_LARGEST = sys.float_info.max
 
 
 def is_concrete(*trees) -> bool:
@@ -46,22 +50,21 @@ def as_scalar(value):
 
 
 def _unwrap(value):
-    if isinstance(value, str):
-        raise ValueError(f"{value!r} is no number; allowed: numbers in SI units")
-    if not is_real(value):
-        raise ValueError(f"{shown(value)} is no number; allowed: numbers in SI units")
-    # A batch of scenes has arrays where one scene has numbers: those pass through.
-    return float(value) if np.ndim(value) == 0 else value
+    # A batch of scenes has arrays where one scene has numbers: those pass through, as what is no number does until the
+    # checks of its owner name it.
+    return float(value) if is_real(value) and np.ndim(value) == 0 else value
 
 
 def is_real(value) -> bool:
     """Whether it is a real number, an array of such, or traced; texts, complex numbers, lists and None are none."""
     if isinstance(value, Tracer | Jet):
         return True
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        return False
     kind = getattr(value, "dtype", None)
-    if kind is None:
-        return isinstance(value, numbers.Real)
-    return any(bool(jnp.issubdtype(kind, family)) for family in (np.bool_, np.integer, np.floating))
+    if kind is not None:
+        return any(bool(jnp.issubdtype(kind, family)) for family in (np.bool_, np.integer, np.floating))
+    return isinstance(value, float) or (isinstance(value, int) and abs(value) <= _LARGEST)
 
 
 def as_vector(values) -> Any:
@@ -76,12 +79,17 @@ def as_vector(values) -> Any:
 
 
 def _numeric(values) -> bool:
-    # Transformations rebuild modules with placeholder leaves (None, object()): those pass through.
-    try:
-        np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        return False
-    return True
+    return _real_array(values) is not None
+
+
+def _real_array(values) -> np.ndarray | None:
+    """Concrete numbers in float64; None for what holds anything else."""
+    if isinstance(values, tuple | list):
+        parts = [part for value in values if (part := _real_array(value)) is not None]
+        if len(parts) < len(values) or len({part.shape for part in parts}) > 1:
+            return None
+        return np.array(parts, dtype=np.float64)
+    return np.asarray(values, dtype=np.float64) if is_real(values) else None
 
 
 def as_complex(value: Float[Any, "..."]) -> Complex[Any, "..."]:
@@ -94,21 +102,25 @@ def as_complex(value: Float[Any, "..."]) -> Complex[Any, "..."]:
 
 
 def require(name: str, value, allowed: str, test) -> None:
-    """Raise ValueError when a concrete value fails its test; a traced one passes."""
-    if isinstance(value, str | bytes | complex) or jnp.issubdtype(getattr(value, "dtype", float), np.complexfloating):
-        raise ValueError(f"{name} is {value!r}; allowed: {allowed}")
-    if not is_concrete(value) or not _numeric(value):
-        return  # traced, or a placeholder with which a transformation rebuilds a module
-    concrete = np.asarray(value, dtype=np.float64)
-    if not np.all(test(concrete)):
-        raise ValueError(f"{name} is {value}; allowed: {allowed}")
+    """Raise ValueError when a concrete value fails its test, or is no real number; a traced one passes."""
+    if not is_concrete(value):
+        return
+    concrete = _real_array(value)
+    if concrete is None or not np.all(test(concrete)):
+        raise ValueError(f"{name} is {shown(value)}; allowed: {allowed}")
+
+
+def require_size(name: str, value, size: int, allowed: str) -> None:
+    """Raise ValueError where a concrete vector has another number of components; a batch passes."""
+    if is_concrete(value) and np.ndim(value) <= 1 and np.shape(value) != (size,):
+        raise ValueError(f"{name} is {shown(value)}; allowed: {allowed}")
 
 
 def require_pair(name: str, value) -> None:
     """Raise ValueError for what is no pair of finite angles; traced ones pass."""
     pair = len(value) == 2 if isinstance(value, tuple | list) else getattr(value, "shape", ())[:1] == (2,)
     if not pair:
-        raise ValueError(f"{name} is {value}; allowed: two angles in radians, about x and about y")
+        raise ValueError(f"{name} is {shown(value)}; allowed: two angles in radians, about x and about y")
     require(name, value, "two finite angles in radians, about x and about y", finite)
 
 
@@ -122,16 +134,39 @@ def positive(value) -> bool:
 
 def require_tolerance(tolerance) -> None:
     """Raise ValueError for what is no positive number."""
-    if not (isinstance(tolerance, int | float | np.number) and 0 < float(tolerance) < np.inf):
+    if not (isinstance(tolerance, int | float | np.number) and is_real(tolerance) and 0 < float(tolerance) < np.inf):
         raise ValueError(f"tolerance is {shown(tolerance)}; allowed: a positive number, such as 1e-3")
 
 
-def require_whole(name: str, value) -> None:
-    """Raise ValueError for what is no whole number from 1 on; None passes."""
-    if value is not None and not (isinstance(value, int | np.integer) and value >= 1):
-        raise ValueError(f"{name} is {shown(value)}; allowed: 1 or more")
+def require_whole(name: str, value, low: int = 1, high: int | None = None) -> None:
+    """Raise ValueError for what is no whole number between two; None passes."""
+    is_integer = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if value is not None and not (is_integer and low <= value and (high is None or value <= high)):
+        allowed = f"{low} or more" if high is None else f"{low} to {high}"
+        raise ValueError(f"{name} is {shown(value)}; allowed: {allowed}")
+
+
+def require_choice(name: str, value, choices: tuple[str, ...]) -> None:
+    """Raise ValueError for what is none of some words."""
+    if not (isinstance(value, str) and value in choices):
+        raise ValueError(f"{name} is {shown(value)}; allowed: {' or '.join(map(repr, choices))}")
+
+
+def require_mapping(name: str, value) -> None:
+    """Raise ValueError for what is no mapping from names; None passes."""
+    if value is not None and not (isinstance(value, Mapping) and all(isinstance(key, str) for key in value)):
+        raise ValueError(f"{name} is {shown(value)}; allowed: a mapping from names")
+
+
+def names_in(name: str, value) -> tuple[str, ...]:
+    """One name or several as a tuple; None is none. Raises ValueError for what holds no names."""
+    names = () if value is None else (value,) if isinstance(value, str) else value
+    if not (isinstance(names, tuple | list | Set) and all(isinstance(text, str) for text in names)):
+        raise ValueError(f"{name} is {shown(value)}; allowed: a name, or a tuple of names")
+    return tuple(names)
 
 
 def shown(value) -> str:
-    text = repr(value)
+    """A value in one line of at most 60 characters."""
+    text = " ".join(repr(value).split()) if not isinstance(value, int) or abs(value) < 10**60 else "a huge integer"
     return text if len(text) <= 60 else f"{text[:57]}..."

@@ -14,6 +14,7 @@ from newtonjax.scene.camera import middle as middle
 from newtonjax.scene.camera import node_points as node_points
 from newtonjax.scene.checks import require_bench as require_bench
 from newtonjax.scene.checks import require_camera as require_camera
+from newtonjax.scene.checks import require_scene as require_scene
 from newtonjax.scene.contact import hertz_gap as hertz_gap
 from newtonjax.scene.elements import CollectingLens as CollectingLens
 from newtonjax.scene.elements import Shield as Shield
@@ -37,6 +38,7 @@ from newtonjax.scene.light import source_of as source_of
 from newtonjax.scene.limits import DISTANCE as DISTANCE
 from newtonjax.scene.limits import HEIGHT as HEIGHT
 from newtonjax.scene.limits import INDEX as INDEX
+from newtonjax.scene.limits import NOISE as NOISE
 from newtonjax.scene.limits import PIXEL_SIZE as PIXEL_SIZE
 from newtonjax.scene.limits import RADIUS as RADIUS
 from newtonjax.scene.limits import RELATIVE_SD as RELATIVE_SD

@@ -9,8 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from newtonjax.numerics import require, require_whole, shown
+from newtonjax.scene.limits import INDEX
+
 _ACTION = re.compile(r"([TR])(\d+)")
 TRANSMIT, REFLECT, REST = 0, 1, 2
+_MOST = 12
 
 
 @dataclass(frozen=True)
@@ -49,14 +53,16 @@ def itinerary(word: str, surfaces: int) -> Itinerary:
         match = _ACTION.fullmatch(token)
         if not match:
             raise ValueError(
-                f"beam {word!r}: {token!r} is no interaction; allowed: T or R and a surface, as in 'T0 R1 T0'"
+                f"beam {shown(word)}: {shown(token)} is no interaction; allowed: T or R and a surface, as in 'T0 R1 T0'"
             )
         met, expected = int(match[2]), medium if down else medium - 1
         if met != expected or not 0 <= expected < surfaces:
             expected_face = (
                 f"surface {expected}" if 0 <= expected < surfaces else "no surface: the light has left the stack"
             )
-            raise ValueError(f"beam {word!r}: at {token!r} the light meets {expected_face}, not surface {met}")
+            raise ValueError(
+                f"beam {shown(word)}: at {shown(token)} the light meets {expected_face}, not surface {met}"
+            )
         surface.append(met)
         before.append(medium)
         beyond.append(medium + 1 if down else medium - 1)
@@ -67,7 +73,9 @@ def itinerary(word: str, surfaces: int) -> Itinerary:
             action.append(TRANSMIT)
             medium = beyond[-1]
     if not surface or not ((medium == 0 and not down) or (medium == surfaces and down)):
-        raise ValueError(f"beam {word!r} ends inside the stack of {surfaces} surfaces; it must leave above or below")
+        raise ValueError(
+            f"beam {shown(word)} ends inside the stack of {surfaces} surfaces; it must leave above or below"
+        )
     return Itinerary(*map(tuple, (surface, action, before, beyond)), view="transmitted" if down else "reflected")
 
 
@@ -81,11 +89,13 @@ def word_of(name: str, surfaces: int) -> str:
 
     Raises ValueError for a name that light cannot follow.
     """
+    if not isinstance(name, str):
+        raise ValueError(f"a beam is {shown(name)}; allowed: a name such as direct or R2-R1, or a word")
     name = name.strip()
     if " " in name or name.startswith("T"):
         return name
     if not re.fullmatch(r"direct|R\d+(-R\d+)*", name):
-        raise ValueError(f"beam {name!r} is unknown; name a beam by its reflections, such as direct, R1 or R2-R1")
+        raise ValueError(f"beam {shown(name)} is unknown; name a beam by its reflections, such as direct, R1 or R2-R1")
     turns = [] if name == "direct" else [int(turn[1:]) for turn in name.split("-")]
     word, medium, down = [], 0, True
     while 0 <= (met := medium if down else medium - 1) < surfaces:
@@ -97,8 +107,8 @@ def word_of(name: str, surfaces: int) -> str:
             medium += 1 if down else -1
     if turns:
         raise ValueError(
-            f"beam {name!r} is unknown: light leaves the stack of {surfaces} surfaces before it meets R{turns[0]}; "
-            "name a beam by its reflections in their order, such as direct, R1 or R2-R1"
+            f"beam {shown(name)} is unknown: light leaves the stack of {surfaces} surfaces before it meets "
+            f"R{turns[0]}; name a beam by its reflections in their order, such as direct, R1 or R2-R1"
         )
     return " ".join(word)
 
@@ -118,8 +128,8 @@ def words(surfaces: int, reflections: int, view: str) -> tuple[str, ...]:
 
     `view` is "transmitted" (below the last surface) or "reflected" (above the first).
     """
-    if view not in ("transmitted", "reflected"):
-        raise ValueError(f"view is {view!r}; allowed: 'transmitted' or 'reflected'")
+    if not isinstance(view, str) or view not in ("transmitted", "reflected"):
+        raise ValueError(f"view is {shown(view)}; allowed: 'transmitted' or 'reflected'")
     parity = 0 if view == "transmitted" else 1
     every_word = _walk(surfaces, reflections, (), 0, True)
     return tuple(word for word in every_word if word.count("R") % 2 == parity)
@@ -143,7 +153,15 @@ def enumerate_beams(media, view: str, reflections: int = 3) -> tuple[Beam, ...]:
       media: refractive indices in the order in which light meets them, one more than there are surfaces.
       view: "transmitted" or "reflected".
 
+    Raises ValueError for media that are none, another view, and reflections outside of 0 to 12: their number grows
+    by a factor with each.
+
     """
+    require_whole("reflections", reflections, 0, _MOST)
+    sizes = len(media) if isinstance(media, tuple | list) else np.size(media) if np.ndim(media) == 1 else 0
+    if sizes < 2:
+        raise ValueError(f"media is {shown(media)}; allowed: refractive indices, one more than there are surfaces")
+    require("media", media, f"positive refractive indices, {INDEX.words}", INDEX.holds)
     of_view = words(len(media) - 1, reflections, view)
     beams = (Beam(word, name_of(word), view, energy_on_axis(word, media)) for word in of_view)
     return tuple(sorted(beams, key=lambda beam: -beam.energy))

@@ -22,6 +22,8 @@ from newtonjax.numerics import (
     nodes,
     positive,
     require,
+    require_size,
+    shown,
 )
 
 # Bytes a pixel while noise is drawn, measured.
@@ -32,8 +34,14 @@ def _whole(shape) -> tuple[int, int]:
     try:
         rows, columns = (operator.index(n) for n in shape)
     except (TypeError, ValueError):
-        raise ValueError(f"shape is {shape!r}; allowed: (rows, columns), two whole numbers") from None
+        raise ValueError(f"shape is {shown(shape)}; allowed: (rows, columns), two whole numbers") from None
     return rows, columns
+
+
+def _bits(bits) -> int:
+    if not (isinstance(bits, int | np.integer) and 8 <= bits <= 16):
+        raise ValueError(f"bits is {shown(bits)}; allowed: 8 to 16")
+    return int(bits)
 
 
 class Camera(eqx.Module):
@@ -54,14 +62,15 @@ class Camera(eqx.Module):
     exposure: Scalar = eqx.field(converter=as_scalar, default=10_000.0)
     full_well: Scalar = eqx.field(converter=as_scalar, default=12_000.0)
     read_noise: Scalar = eqx.field(converter=as_scalar, default=5.0)
-    bits: int = eqx.field(static=True, default=8)
+    bits: int = eqx.field(static=True, converter=_bits, default=8)
 
     def __check_init__(self):
         if min(self.shape) < 1:
             raise ValueError(f"shape is {self.shape}; allowed: (rows, columns), both at least 1")
-        if not 8 <= self.bits <= 16:
-            raise ValueError(f"bits is {self.bits}; allowed: 8 to 16")
         require("pixel_size", self.pixel_size, "a positive length in metres", positive)
+        if self.centre_px is not None:
+            require("centre_px", self.centre_px, "two finite numbers, (x, y) in pixels", finite)
+            require_size("centre_px", self.centre_px, 2, "two finite numbers, (x, y) in pixels")
         require("exposure", self.exposure, "a positive number of photoelectrons", positive)
         require("full_well", self.full_well, "a positive number of photoelectrons", positive)
         require("read_noise", self.read_noise, "0 or more photoelectrons", lambda v: finite(v) and np.all(v >= 0))

@@ -7,9 +7,14 @@ from newtonjax.scene.scene import Scene
 
 def require_bench(scene, camera) -> None:
     """Raise ValueError for what is no scene or no camera."""
+    require_scene(scene)
+    require_camera(camera)
+
+
+def require_scene(scene) -> None:
+    """Raise ValueError for what is no scene."""
     if not isinstance(scene, Scene):
         raise ValueError(f"scene is {shown(scene)}; allowed: a Scene, such as newton_rings(1.0)")
-    require_camera(camera)
 
 
 def require_camera(camera) -> None:

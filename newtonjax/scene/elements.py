@@ -14,6 +14,7 @@ from newtonjax.numerics import (
     namespace,
     positive,
     require,
+    require_size,
 )
 from newtonjax.scene.surfaces import Direction, Surface, frame
 
@@ -37,8 +38,9 @@ class Shield(eqx.Module):
     def __check_init__(self):
         require("shield.radius", self.radius, "a positive radius in metres", positive)
         require("shield.vertex", self.vertex, "three finite lengths in metres", finite)
-        _require_three("shield.vertex", self.vertex)
-        require("shield.tilt", self.tilt, "finite angles in radians", finite)
+        require_size("shield.vertex", self.vertex, 3, "three lengths in metres, (x, y, z)")
+        require("shield.tilt", self.tilt, "two finite angles in radians", finite)
+        require_size("shield.tilt", self.tilt, 2, "two finite angles in radians, about x and about y")
 
 
 class CollectingLens(eqx.Module):
@@ -58,12 +60,7 @@ class CollectingLens(eqx.Module):
     def __check_init__(self):
         require("collecting_lens.focal_length", self.focal_length, "a positive length in metres", positive)
         require("collecting_lens.vertex", self.vertex, "three finite lengths in metres", finite)
-        _require_three("collecting_lens.vertex", self.vertex)
-
-
-def _require_three(name: str, value) -> None:
-    if getattr(value, "shape", (3,))[:1] != (3,):
-        raise ValueError(f"{name} is {value}; allowed: three lengths in metres, (x, y, z)")
+        require_size("collecting_lens.vertex", self.vertex, 3, "three lengths in metres, (x, y, z)")
 
 
 def check_way(scene) -> None:

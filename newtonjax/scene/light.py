@@ -6,7 +6,17 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Complex, Float
 
-from newtonjax.numerics import Scalar, Vector2, as_complex, as_scalar, as_vector, finite, namespace, require
+from newtonjax.numerics import (
+    Scalar,
+    Vector2,
+    as_complex,
+    as_scalar,
+    as_vector,
+    finite,
+    namespace,
+    require,
+    require_size,
+)
 from newtonjax.scene.limits import WAVELENGTH
 from newtonjax.scene.surfaces import Direction, frame
 
@@ -34,7 +44,8 @@ class Light(eqx.Module):
 
     def __check_init__(self):
         require("wavelength", self.wavelength, f"a positive length, {WAVELENGTH.words}", WAVELENGTH.holds)
-        require("light.tilt", self.tilt, "finite angles in radians", finite)
+        require("light.tilt", self.tilt, "two finite angles in radians", finite)
+        require_size("light.tilt", self.tilt, 2, "two angles in radians, about x and about y")
         require(
             "light.tilt", self.tilt, "angles whose light comes from above: both below π/2 = 1.5708 in size", _from_above
         )

@@ -28,5 +28,7 @@ HEIGHT = Limit(-100.0, 100.0, "-100 to 100 m")
 DISTANCE = Limit(-1e5, 1e5, "up to 100 km (in metres)")
 # Of surfaces, against the bench's axis: 45 degrees.
 TILT = Limit(-0.7853982, 0.7853982, "below 45 degrees, 0.7854 rad, in size")
+# Of every pixel, as a standard deviation in incident irradiance.
+NOISE = Limit(1e-12, 1e6, "1e-12 to 1e6")
 # A standard deviation over its value: a number that is less well known is not known.
 RELATIVE_SD = 0.25

@@ -6,11 +6,17 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
-from newtonjax.numerics import Scalar, as_vector, is_concrete, positive, require
+from newtonjax.numerics import Scalar, as_vector, is_concrete, positive, require, require_whole, shown
 from newtonjax.scene.beams import enumerate_beams, itinerary, word_of
 from newtonjax.scene.elements import CollectingLens, Shield, check_way
 from newtonjax.scene.light import Light
 from newtonjax.scene.surfaces import Surface
+
+
+def _words(beams) -> tuple[str, ...]:
+    if not (isinstance(beams, tuple | list) and all(isinstance(beam, str) for beam in beams)):
+        raise ValueError(f"beams is {shown(beams)}; allowed: a tuple of words such as 'T0 T1 T2 T3'")
+    return tuple(beams)
 
 
 class Scene(eqx.Module):
@@ -30,11 +36,12 @@ class Scene(eqx.Module):
     media: Float[Array | np.ndarray, " media"] = eqx.field(converter=as_vector)
     light: Light
     screen: Surface
-    beams: tuple[str, ...] = eqx.field(static=True)
+    beams: tuple[str, ...] = eqx.field(static=True, converter=_words)
     shield: Shield | None = None
     collecting_lens: CollectingLens | None = None
 
     def __check_init__(self):
+        self._check_kinds()
         if np.ndim(self.media) and len(self.media) != len(self.surfaces) + 1:
             raise ValueError(
                 f"media has {len(self.media)} refractive indices for {len(self.surfaces)} surfaces; "
@@ -53,6 +60,21 @@ class Scene(eqx.Module):
         beside = self.shield, self.collecting_lens
         if any(part is not None for part in beside) and is_concrete(self.surfaces, self.screen, beside):
             check_way(self)
+
+    def _check_kinds(self) -> None:
+        if not (isinstance(self.surfaces, tuple | list) and all(isinstance(part, Surface) for part in self.surfaces)):
+            raise ValueError(f"surfaces is {shown(self.surfaces)}; allowed: a tuple of Surface")
+        if isinstance(self.media, tuple | list) or np.ndim(self.media) == 0:
+            raise ValueError(f"media is {shown(self.media)}; allowed: refractive indices, one more than surfaces")
+        of_kinds = (
+            ("light", self.light, Light),
+            ("screen", self.screen, Surface),
+            ("shield", self.shield, Shield | None),
+            ("collecting_lens", self.collecting_lens, CollectingLens | None),
+        )
+        for name, part, kind in of_kinds:
+            if not isinstance(part, kind):
+                raise ValueError(f"{name} is {shown(part)}; allowed: {getattr(kind, '__name__', kind)}")
 
     @property
     def view(self) -> str:
@@ -81,9 +103,13 @@ def choose_beams(
     Raises ValueError for another number of choices, for an unknown name, for none left, and where the media are
     traced but the choice needs their values.
     """
+    if not isinstance(scene, Scene):
+        raise ValueError(f"scene is {shown(scene)}; allowed: a Scene, such as newton_rings(1.0)")
+    require_whole("number", number)
     if sum(choice is not None for choice in (number, energy, names)) != 1:
         raise ValueError("choose_beams takes exactly one of number, energy and names")
     if names is not None:
+        names = _words(names)
         chosen = replace(scene, beams=tuple(word_of(name, len(scene.surfaces)) for name in names))
         if chosen.view != scene.view:
             raise ValueError(f"beams {', '.join(names)} leave on the other side: the scene's view is {scene.view!r}")

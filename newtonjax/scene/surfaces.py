@@ -21,6 +21,7 @@ from newtonjax.numerics import (
     is_concrete,
     namespace,
     require,
+    require_size,
 )
 
 SHALLOW = 1e-3  # the series' first term left out is then 4e-17 of the sag
@@ -47,8 +48,12 @@ class Surface(eqx.Module):
 
     def __check_init__(self):
         require("curvature", self.curvature, "a finite number in 1/m", finite)
-        require("vertex", self.vertex, "finite lengths in metres", finite)
-        require("tilt", self.tilt, "finite angles in radians", finite)
+        for name, value, size, allowed in (
+            ("vertex", self.vertex, 3, "three finite lengths in metres, (x, y, z)"),
+            ("tilt", self.tilt, 2, "two finite angles in radians, about x and about y"),
+        ):
+            require(name, value, allowed, finite)
+            require_size(name, value, size, allowed)
 
     def face(self) -> "Face":
         """What rays need of it. NumPy for known numbers."""

@@ -19,7 +19,7 @@ from newtonjax.fields import (
     synthesize,
 )
 from newtonjax.methods import Chebyshev, require_method, unreached
-from newtonjax.numerics import chebyshev, image_memory, is_concrete, require_x64, x64
+from newtonjax.numerics import chebyshev, finite, image_memory, is_concrete, is_real, require, require_x64, shown, x64
 from newtonjax.scene import Camera, Scene, node_points, require_bench
 
 # Bytes a pixel, measured: data, weights, and the image that these may be made from.
@@ -63,8 +63,11 @@ def normal_equations(
     """
     require_method(method, Chebyshev)
     method = Chebyshev() if method is None else method
-    if jnp.ndim(parameters) != 1:
-        raise ValueError(f"parameters has shape {jnp.shape(parameters)}; allowed: a vector")
+    if not callable(bench):
+        raise ValueError(f"bench is {shown(bench)}; allowed: a function that makes a scene of the parameters")
+    require("parameters", parameters, "a vector of finite numbers", finite)
+    if jnp.ndim(parameters) != 1 or not jnp.size(parameters):
+        raise ValueError(f"parameters is {shown(parameters)}; allowed: a vector, not empty")
     if not is_concrete(parameters, data):
         require_x64("normal_equations")
         return _equations(bench, parameters, camera, data, weights, method)
@@ -89,8 +92,13 @@ def _equations(bench, parameters, camera, data, weights, method) -> NormalEquati
 
 
 def _check_tables(shape: tuple[int, int], data, weights) -> None:
-    for name, table in (("data", data), ("weights", weights)):
-        if table is not None and not callable(table) and np.shape(table) != shape:
+    tables = {"data": data, "weights": None if callable(weights) else weights}
+    for name, table in tables.items():
+        if table is None:
+            continue
+        if not is_real(table):
+            raise ValueError(f"{name} is {shown(table)}; allowed: an array of the camera's shape, {shape}")
+        if np.shape(table) != shape:
             raise ValueError(f"{name} has shape {np.shape(table)}; allowed: the camera's, {shape}")
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array
 
 from newtonjax.methods import AbstractMethod, require_method
-from newtonjax.numerics import require_concrete, require_memory, require_whole, x64
+from newtonjax.numerics import require_concrete, require_mapping, require_memory, require_whole, shown, x64
 from newtonjax.planning import plan
 from newtonjax.scene import Camera, Scene, require_camera
 
@@ -53,6 +53,12 @@ def sweep(
     if method is not None:
         method.require_parts("sweep")
     require_whole("batch", batch)
+    require_mapping("values", values)
+    if values is None:
+        raise ValueError("values is None; allowed: a mapping from names of the bench's arguments")
+    for name, function in (("bench", bench), ("reduce", reduce)):
+        if not (callable(function) or (function is None and name == "reduce")):
+            raise ValueError(f"{name} is {shown(function)}; allowed: a function")
     table = {name: _numbers(name, value) for name, value in values.items()}
     lengths = {name: len(value) for name, value in table.items() if value.ndim}
     if len(set(lengths.values())) != 1:
