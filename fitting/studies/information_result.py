@@ -57,12 +57,13 @@ class Information(AbstractResult):
         """
         absolute = {}
         for name, given in sd.items():
+            value = abs(float(self.values[self.position(name)]))
             is_relative, size = read_sd(given)
             if not 0 <= size < np.inf:
                 raise ValueError(
                     f'sd: {name} is {given!r}; allowed: zero or a positive number in its unit, or a text such as "0.1%"'
                 )
-            absolute[name] = size * abs(float(self.values[self.position(name)])) if is_relative else size
+            absolute[name] = size * value if is_relative else size
         return replace(self, given_sd={**self.given_sd, **absolute})
 
     @property
