@@ -33,7 +33,9 @@ SETS = {"R1, R3": ("R1", "R3"), "R2, R4": ("R2", "R4"), "all four": tuple(FACES)
 
 def bench(names: tuple[str, ...]) -> nj.Scene:
     """The wedge with some of its reflections, and a lens (1:1) that images the plane of their meeting on the screen."""
-    wedge = nj.air_wedge(ANGLE, 500e-9, 5e-6, light_tilt=(0.0, TILT), beams=[FACES[name] for name in names])
+    wedge = nj.air_wedge(
+        ANGLE, 500e-9, 5e-6, screen=1e-3, light_tilt=(0.0, TILT), beams=[FACES[name] for name in names]
+    )
     heights = [nj.meeting_height(wedge, FACES[one], FACES[two]) for one, two in (("R1", "R3"), ("R2", "R4"))]
     plane = sum(heights) / 2
     return dataclasses.replace(

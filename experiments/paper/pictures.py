@@ -24,7 +24,7 @@ def rings() -> Figure:
     scenes = {
         "transmitted, R = 2 m": nj.newton_rings(2.0, 500e-9, view="transmitted", screen=1e-3),
         "reflected, R = 2 m": nj.newton_rings(2.0, 500e-9, view="reflected", screen=1e-3),
-        "air wedge, 0.5 mrad": nj.air_wedge(0.5e-3, 500e-9, gap=2e-6),
+        "air wedge, 0.5 mrad": nj.air_wedge(0.5e-3, 500e-9, gap=2e-6, screen=1e-3),
     }
     figure = Figure(figsize=(9.6, 3.5), layout="constrained")
     for axes, (title, scene) in zip(figure.subplots(1, 3), scenes.items(), strict=True):

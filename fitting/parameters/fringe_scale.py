@@ -12,7 +12,7 @@ from newtonjax.numerics import is_real, shown
 from newtonjax.scene import RELATIVE_SD
 
 # What may be 0, and have a deviation all the same.
-_ABOUT_ZERO = ("angle",)
+_ABOUT_ZERO = ("view_angle",)
 # A standard deviation: a number in the unit of what it belongs to, or a text such as "0.1%".
 Deviation = float | int | str
 # ln k = Σ exponent ln quantity, for the fringe scale k = n s² / (R λ).

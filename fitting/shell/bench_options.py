@@ -52,17 +52,9 @@ def with_bench_options(verb: Callable[..., int]) -> Callable[..., int]:
 
 def _parameter(argument: Argument) -> inspect.Parameter:
     what = argument.help + _ALSO.get(argument.kind, "")
-    read = option(_reader(argument), _METAVARS[argument.kind], what, _shown(argument.name))
+    read = option(_reader(argument), _METAVARS[argument.kind], what, argument.shown)
     kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
     return inspect.Parameter(argument.name, kind, default=None, annotation=Annotated[Any, read])
-
-
-def _shown(name: str) -> str:
-    """The default of an option; of each scene, where these differ."""
-    benches_by_text = {item.shown: item.benches for item in ARGUMENTS if item.name == name}
-    first, *further = benches_by_text
-    scenes = {bench: scene for scene, bench in SCENES.items()}
-    return "; ".join([first, *(f"{scenes[benches_by_text[text][0]]}: {text}" for text in further)])
 
 
 def _reader(argument: Argument) -> Callable[[str], Any]:
@@ -99,6 +91,5 @@ def _number(text: str) -> float:
         raise ValueError(f"{text!r} is no number; give one without a unit, such as 1.5") from None
 
 
-# By name; one that several benches have with different defaults is one option, and a view is the scene's name.
-_OFFERED = {item.name: item for item in reversed(ARGUMENTS) if item.kind != "view"}
-_OFFERED = dict(reversed(_OFFERED.items()))
+# By name; a view is the scene's name.
+_OFFERED = {item.name: item for item in ARGUMENTS if item.kind != "view"}

@@ -215,8 +215,10 @@ def rings(
     ] = None,
     view: View = None,
     bright: Annotated[bool, typer.Option("--bright", help="The readings are of bright rings.")] = False,
-    angle: Annotated[float | None, option(quantities.angle, "ANGLE", "Of view, against the normal.", "0deg")] = None,
-    angle_sd: Annotated[
+    view_angle: Annotated[
+        float | None, option(quantities.angle, "ANGLE", "Angle of view against the normal.", "0deg")
+    ] = None,
+    view_angle_sd: Annotated[
         float | None, option(quantities.angle, "ANGLE", "Standard deviation of the angle of view.")
     ] = None,
     gap_index: Annotated[float, typer.Option(help="Refractive index of what fills the gap.")] = 1.0,
@@ -260,8 +262,8 @@ def rings(
         "radius_sd": radius_sd,
         "view": view or "reflected",
         "bright": bright,
-        "angle": angle or 0.0,
-        "angle_sd": angle_sd,
+        "view_angle": view_angle or 0.0,
+        "view_angle_sd": view_angle_sd,
         "gap_index": gap_index,
         "gap_index_sd": gap_index_sd,
         "expected_radius": expected_radius,

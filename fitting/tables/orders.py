@@ -29,8 +29,8 @@ def rings(
     radius_sd: float | str | None = None,
     view: str = "reflected",
     bright: bool = False,
-    angle: float = 0.0,
-    angle_sd: float | str | None = None,
+    view_angle: float = 0.0,
+    view_angle_sd: float | str | None = None,
     gap_index: float = 1.0,
     gap_index_sd: float | str | None = None,
     expected_radius: float | None = None,
@@ -50,9 +50,9 @@ def rings(
       pixel_size: [m], for readings in pixels; without it the answer is the slope.
       radius: of the lens where it is known [m]: the wavelength is measured instead.
       bright: the readings are of bright rings.
-      angle: of view against the plate's normal, outside [rad].
+      view_angle: of view against the plate's normal, outside [rad].
       gap_index: of the gap's medium.
-      wavelength_sd, pixel_size_sd, radius_sd, angle_sd, gap_index_sd: standard deviations, in the same units or as
+      wavelength_sd, pixel_size_sd, radius_sd, view_angle_sd, gap_index_sd: standard deviations, in the same units or as
         "0.1%".
       expected_radius: rough [m]; radii and diameters, or units, that look mistaken are then warned of.
       columns: names of the table's own columns, as {"diameter_mm": "D"}.
@@ -68,7 +68,7 @@ def rings(
     bench = Bench(
         None if wavelength is None else number("wavelength", wavelength),
         None if radius is None else number("radius", radius),
-        path=float(np.sqrt(gap_index**2 - np.sin(angle) ** 2)),
+        path=float(np.sqrt(gap_index**2 - np.sin(view_angle) ** 2)),
         contact=-0.5 if (view == "transmitted") != bright else 0.0,
         scale=float(pixel_size or 1.0) if read.unit == "px" else 1.0,
         unit="px" if read.unit == "px" and pixel_size is None else "m",
@@ -77,13 +77,13 @@ def rings(
         "pixel_size": 2 * sds["pixel_size"] / bench.scale if read.unit == "px" else 0.0,
         "wavelength": sds["wavelength"] / (wavelength or 1.0),
         "radius": sds["radius"] / (radius or 1.0),
-        "angle": abs(np.sin(angle) * np.cos(angle)) / bench.path**2 * sds["angle"],
+        "view_angle": abs(np.sin(view_angle) * np.cos(view_angle)) / bench.path**2 * sds["view_angle"],
         "gap_index": gap_index / bench.path**2 * sds["gap_index"],
     }
     model = {
         "rings": f"{'bright' if bright else 'dark'}, {view}, read from {read.column}",
         "line": f"r² against order, free intercept, {'weighted' if read.sd is not None else 'equal weights'}",
-        "gap": f"exact sphere, index {gap_index:g}, seen at {np.degrees(angle):g}°",
+        "gap": f"exact sphere, index {gap_index:g}, seen at {np.degrees(view_angle):g}°",
     }
     judgement = Judgement(read, bench, relative, expected_radius)
     status, message, values = judgement.outcome()
@@ -111,17 +111,17 @@ def _checked_sds(arguments: dict) -> dict[str, float]:
         raise ValueError("give wavelength to measure the radius, or radius to measure the wavelength, and not both")
     if arguments["radius"] is not None and arguments["expected_radius"] is not None:
         raise ValueError("expected_radius is of a radius that is measured; leave it out where radius is given")
-    if not abs(number("angle", arguments["angle"])) < np.pi / 2:
-        raise ValueError(f"angle is {arguments['angle']}; allowed: less than a right angle, in radians")
-    if np.sin(arguments["angle"]) ** 2 >= arguments["gap_index"] ** 2:
+    if not abs(number("view_angle", arguments["view_angle"])) < np.pi / 2:
+        raise ValueError(f"view_angle is {arguments['view_angle']}; allowed: less than a right angle, in radians")
+    if np.sin(arguments["view_angle"]) ** 2 >= arguments["gap_index"] ** 2:
         raise ValueError(f"gap_index is {arguments['gap_index']}: light at this angle does not enter the gap")
     if not isinstance(arguments["bright"], bool | np.bool_):
         raise ValueError(f"bright is {arguments['bright']!r}; allowed: True or False")
-    names = ("wavelength", "pixel_size", "radius", "angle", "gap_index")
+    names = ("wavelength", "pixel_size", "radius", "view_angle", "gap_index")
     sds = {name: absolute_sd(name, arguments[f"{name}_sd"], arguments[name]) or 0.0 for name in names}
     for name, sd in sds.items():
         value = 0.0 if arguments[name] is None else number(name, arguments[name])
-        largest = _LARGEST_ANGLE_SD if name == "angle" else _LARGEST_SD * value
+        largest = _LARGEST_ANGLE_SD if name == "view_angle" else _LARGEST_SD * value
         if sd > largest:
             raise ValueError(f"{name}_sd is {sd:g}; allowed: up to {largest:g}, else {name} is not known")
     return sds

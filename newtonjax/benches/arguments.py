@@ -23,7 +23,7 @@ class Argument(NamedTuple):
     - `shown`: the default as a reader sees it.
     - `help`: one sentence, for the shell and for docs/scene.toml.
     - `allowed`: what a value may be, for messages; `test`: the check of it.
-    - `benches`: that have it. An argument whose default differs has an entry for each bench.
+    - `benches`: that have it.
     """
 
     name: str
@@ -48,7 +48,7 @@ _SCREEN_HELP = "Distance of the screen behind the glass, or gap: a microscope fo
 ARGUMENTS = (
     Argument("radius", "length", 1.0, "1m", "Radius of the lens's convex face, negative for a concave one.",
              f"a non-zero radius, {RADIUS.words}; infinite for a plane", "radius", _RINGS),
-    Argument("angle", "angle", 1e-4, "0.1mrad", "Angle of the wedge.",
+    Argument("wedge_angle", "angle", 1e-4, "0.1mrad", "Angle of the wedge.",
              f"an angle {TILT.words}", "tilt", _WEDGE),
     Argument("wavelength", "wavelength", 589.3e-9, "589.3nm", "Vacuum wavelength.",
              f"a positive length, {WAVELENGTH.words}", "wavelength"),
@@ -56,22 +56,20 @@ ARGUMENTS = (
              f"a finite height, {HEIGHT.words}", "height"),
     Argument("view", "view", "reflected", "reflected", "The side that the light is seen on: transmitted or reflected.",
              "'transmitted' or 'reflected'", "view"),
-    Argument("screen", "screen", "gap", "gap", _SCREEN_HELP, _SCREEN, "screen", _RINGS),
-    Argument("screen", "screen", 1e-3, "1mm", _SCREEN_HELP, _SCREEN, "screen", _WEDGE),
+    Argument("screen", "screen", "gap", "gap", _SCREEN_HELP, _SCREEN, "screen"),
     Argument("lens_index", "index", 1.5, "1.5", "Refractive index of the lens, or of the upper plate of a wedge.",
              _INDEX, "index"),
     Argument("plate_index", "index", 1.5, "1.5", "Refractive index of the plate, the lower one of a wedge.",
              _INDEX, "index"),
     Argument("gap_index", "index", 1.0, "1", "Refractive index of what fills the gap.", _INDEX, "index"),
     Argument("ambient_index", "index", 1.0, "1", "Refractive index of the surroundings.", _INDEX, "index"),
-    Argument("lens_thickness", "length", 5e-3, "5mm", "Thickness of the lens on its axis.",
-             _THICKNESS, "thickness", _RINGS),
-    Argument("plate_thickness", "length", 5e-3, "5mm", "Thickness of the plate.", _THICKNESS, "thickness", _RINGS),
-    Argument("thickness", "length", 5e-3, "5mm", "Thickness of both plates.", _THICKNESS, "thickness", _WEDGE),
+    Argument("lens_thickness", "length", 5e-3, "5mm", "Thickness of the lens on its axis, or of the upper plate.",
+             _THICKNESS, "thickness"),
+    Argument("plate_thickness", "length", 5e-3, "5mm", "Thickness of the plate.", _THICKNESS, "thickness"),
     Argument("lens_tilt", "angles", (0.0, 0.0), "none", "Rotations of the lens about its apex, about x and y.",
              _TILTS, "tilts", _RINGS),
     Argument("plate_tilt", "angles", (0.0, 0.0), "none", "Rotations of the plate about the origin, about x and y.",
-             _TILTS, "tilts", _RINGS),
+             _TILTS, "tilts"),
     Argument("light_tilt", "angles", (0.0, 0.0), "none", "Rotations of the light's direction about x and y.",
              _ANGLES, "angles"),
     Argument("polarization", "angle", None, "unpolarized", "Linear polarization from x towards y.",
@@ -91,7 +89,11 @@ BENCHES = ("newton_rings", "air_wedge")
 # What arguments were called before, and what they are now.
 _RENAMED = {
     "newton_rings": {"index": "lens_index"},
-    "air_wedge": {"index": "lens_index and plate_index, of the upper and of the lower plate"},
+    "air_wedge": {
+        "index": "lens_index and plate_index, of the upper and of the lower plate",
+        "angle": "wedge_angle",
+        "thickness": "lens_thickness and plate_thickness, of the upper and of the lower plate",
+    },
 }
 
 

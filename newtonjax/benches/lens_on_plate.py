@@ -113,17 +113,19 @@ def _with_options(scene: Scene, screen, beams, shield, collecting_lens) -> Scene
 
 @checked
 def air_wedge(
-    angle: Scalar = 1e-4,
+    wedge_angle: Scalar = 1e-4,
     wavelength: Scalar = 589.3e-9,
     gap: Scalar = 0.0,
     view: str = "reflected",
     *,
-    screen: Scalar | str = 1e-3,
+    screen: Scalar | str = "gap",
     lens_index: Scalar = 1.5,
     plate_index: Scalar = 1.5,
     gap_index: Scalar = 1.0,
     ambient_index: Scalar = 1.0,
-    thickness: Scalar = 5e-3,
+    lens_thickness: Scalar = 5e-3,
+    plate_thickness: Scalar = 5e-3,
+    plate_tilt: Vector2 = (0.0, 0.0),
     light_tilt: Vector2 = (0.0, 0.0),
     polarization: Scalar | None = None,
     polarization_degree: Scalar | None = None,
@@ -131,15 +133,16 @@ def air_wedge(
     shield: Scalar | None = None,
     collecting_lens: Scalar | None = None,
 ) -> Scene:
-    """Two plane-parallel plates, the upper one turned by `angle` so that the gap opens towards +x.
+    """Two plane-parallel plates, the upper one turned by `wedge_angle` so that the gap opens towards +x.
 
-    Surfaces in order: 0 and 1 the upper plate, 2 and 3 the lower one; the gap is `gap` + x tan(angle) thick.
+    Surfaces in order: 0 and 1 the upper plate, 2 and 3 the lower one; the gap is `gap` + x tan(wedge_angle) thick.
 
     Args:
-      angle: of the wedge [rad], below a quarter turn in size.
+      wedge_angle: [rad], below a quarter turn in size.
       gap: thickness of the gap on the axis [m].
       lens_index, plate_index: refractive indices of the upper and of the lower plate.
-      thickness: of both plates [m].
+      lens_thickness, plate_thickness: of the upper and of the lower plate [m].
+      plate_tilt: rotations of the lower plate about x and y [rad]; the gap's angle is the difference of the plates'.
       view, screen, light_tilt, polarization, polarization_degree, beams, shield, collecting_lens, wavelength,
         gap_index, ambient_index: as in `newton_rings`.
 
@@ -156,9 +159,10 @@ def air_wedge(
         plate_index=plate_index,
         gap_index=gap_index,
         ambient_index=ambient_index,
-        lens_thickness=thickness,
-        plate_thickness=thickness,
-        lens_tilt=(0.0 * angle, -angle),
+        lens_thickness=lens_thickness,
+        plate_thickness=plate_thickness,
+        lens_tilt=(0.0 * wedge_angle, -wedge_angle),
+        plate_tilt=plate_tilt,
         light_tilt=light_tilt,
         polarization=polarization,
         polarization_degree=polarization_degree,

@@ -89,10 +89,6 @@ def test_options_are_what_was_given_in_si():
     assert "above zero" in options_of(["--plate-thickness", "0mm"])
 
 
-def test_help_shows_both_defaults_of_a_screen():
-    assert re.search(r"\(gap;\s+wedge: 1mm\)", options_of(["--help"]).replace("│", " "))
-
-
 def test_the_defaults_are_those_of_a_microscope():
     scene = nj.newton_rings()
     assert scene.view == nj.air_wedge().view == "reflected"

@@ -101,7 +101,7 @@ def test_a_ready_bench_in_a_file_is_the_one_that_the_call_makes(tmp_path):
         ),
         ("[newton_rings]\nradius = '2 m'", ["newton_rings.radius is '2 m'; allowed: `float`, got `str`"]),
         ("[newton_rings]\nlens_tilt = [1.0]", ["newton_rings.lens_tilt is [1.0]; allowed: `array` of length 2"]),
-        ("[air_wedge]\nangle = 2.0", ["angle is 2.0", "below 45 degrees"]),
+        ("[air_wedge]\nwedge_angle = 2.0", ["angle is 2.0", "below 45 degrees"]),
         (
             "[newton_rings]\n[camera]\nshape = [0, 4]\npixel_size = 1e-6",
             ["shape is (0, 4)", "both at least 1"],

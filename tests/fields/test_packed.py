@@ -28,7 +28,9 @@ SCENES = {
     "linear": lit(RINGS, polarization=0.4),
     "elliptical, partial": lit(RINGS, polarization=0.4, ellipticity=0.2, degree=0.6),
     "collecting lens, shield": nj.newton_rings(0.5, collecting_lens=0.05, screen=0.5, shield=2e-5, view="transmitted"),
-    "wedge, three beams": nj.air_wedge(1e-3, gap=2e-6, view="transmitted", beams=["direct", "R2-R1", "R3-R2"]),
+    "wedge, three beams": nj.air_wedge(
+        1e-3, gap=2e-6, screen=1e-3, view="transmitted", beams=["direct", "R2-R1", "R3-R2"]
+    ),
     "four beams, twelve interactions": nj.newton_rings(
         0.2, beams=["R1", "R2", "R2-R1-R2", "R2-R1-R2-R1-R2"], view="reflected", plate_tilt=(1e-3, 0.0), screen=1e-3
     ),

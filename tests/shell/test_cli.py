@@ -53,8 +53,11 @@ KEYS = [
         (("render", "sideways", "--output", "a.png"), "transmitted, reflected, wedge"),
         (("render", "none.toml", "--output", "a.png"), "none.toml is not a file"),
         (("render", "none.toml", "--output", "a.png", "--radius", "1m"), "the file gives the scene"),
-        (("render", "wedge", "--output", "a.png", "--radius", "1m"), "it has --angle, --wavelength, --gap"),
-        (("render", "reflected", "--output", "a.png", "--angle", "1mrad"), "it has --radius, --wavelength, --gap"),
+        (("render", "wedge", "--output", "a.png", "--radius", "1m"), "it has --wedge-angle, --wavelength, --gap"),
+        (
+            ("render", "reflected", "--output", "a.png", "--wedge-angle", "1mrad"),
+            "it has --radius, --wavelength, --gap",
+        ),
         (("render", "reflected", "--output", "a.png", "--radius", "0m"), "non-zero radius"),
         (("render", "reflected", "--output", "a.png", "--shape", "1024"), "ROWSxCOLUMNS"),
         (("render", "reflected", "--output", "a.png", "--tolerance", "0"), "tolerance is 0.0"),

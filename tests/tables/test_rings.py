@@ -28,7 +28,7 @@ def table(radius=1.0, orders=range(1, 16), offset=0.0, wavelength=WAVELENGTH, no
 # Name, arguments, radius and standard deviation [m] that the folder's README prints, and the last digit it prints.
 PUBLISHED = [
     ("lens_1550mm", {"wavelength": 589e-9}, 1541.3, 4.4),
-    ("oblique_22deg", {"wavelength": 547e-9, "angle": np.radians(22)}, 1150.0, None),
+    ("oblique_22deg", {"wavelength": 547e-9, "view_angle": np.radians(22)}, 1150.0, None),
     ("lens_1000mm", {"wavelength": WAVELENGTH, "pixel_size": 1e-3 / 77.28}, 1076.0, None),
     ("repeats_rings_1_11", {"wavelength": WAVELENGTH}, 1062.4, 6.4),
 ]
@@ -93,15 +93,15 @@ def test_a_liquid_and_an_oblique_view_follow_snells_law_at_fifty_digits():
         heights = [m * mpmath.mpf(WAVELENGTH) / (2 * index * cosine) for m in range(1, 12)]
         diameters = [float(2000 * mpmath.sqrt(2 * radius * h - h * h)) for h in heights]
     rows = {"order": range(1, 12), "diameter_mm": diameters}
-    result = fitting.rings(rows, wavelength=WAVELENGTH, gap_index=1.333, angle=np.radians(35))
+    result = fitting.rings(rows, wavelength=WAVELENGTH, gap_index=1.333, view_angle=np.radians(35))
     assert result.radius == pytest.approx(2.0, rel=1e-10)
 
 
 def test_budget_rows_are_the_derivatives_of_the_radius():
-    given = {"wavelength": WAVELENGTH, "gap_index": 1.333, "angle": 0.4, "pixel_size": 1e-5}
+    given = {"wavelength": WAVELENGTH, "gap_index": 1.333, "view_angle": 0.4, "pixel_size": 1e-5}
     exact = table(noise=0.01)
     rows = {"order": exact["order"], "diameter_px": exact["diameter_mm"] * 100}
-    sds = {"wavelength": 1e-10, "pixel_size": 1e-7, "gap_index": 1e-3, "angle": 1e-3}
+    sds = {"wavelength": 1e-10, "pixel_size": 1e-7, "gap_index": 1e-3, "view_angle": 1e-3}
     result = fitting.rings(rows, **given, **{f"{name}_sd": sd for name, sd in sds.items()})
     for name, sd in sds.items():
         both = [fitting.rings(rows, **{**given, name: given[name] + sign * 1e-3 * sd}).radius for sign in (1, -1)]
@@ -200,8 +200,8 @@ def test_tables_that_cannot_be_read_say_why(rows, words):
 @pytest.mark.parametrize(
     "wrong",
     [{"wavelength": 0.0}, {"wavelength": 589.3}, {"pixel_size_sd": 1e-7},
-     {"view": "side"}, {"angle": 2.0}, {"gap_index": -1.0}, {"wavelength_sd": -1.0},
-     {"columns": {"diameter_mm": "D"}}, {"gap_index": 0.1, "angle": 0.5}],
+     {"view": "side"}, {"view_angle": 2.0}, {"gap_index": -1.0}, {"wavelength_sd": -1.0},
+     {"columns": {"diameter_mm": "D"}}, {"gap_index": 0.1, "view_angle": 0.5}],
 )  # fmt: skip
 def test_arguments_out_of_range_are_refused(wrong):
     with pytest.raises(ValueError, match=r"allowed|index|column|without"):
@@ -322,11 +322,11 @@ def test_a_table_that_misleads_is_refused(tmp_path, text, columns, message):
         fitting.rings(written(tmp_path, text), wavelength=589.3e-9, columns=columns)
 
 
-@pytest.mark.parametrize(("name", "value"), [("wavelength", WAVELENGTH), ("pixel_size", 1e-5), ("angle", 0.4)])
+@pytest.mark.parametrize(("name", "value"), [("wavelength", WAVELENGTH), ("pixel_size", 1e-5), ("view_angle", 0.4)])
 def test_a_standard_deviation_may_be_a_percentage(name, value):
     rows = {"order": [1, 2, 3, 4], "radius_px": [77.0, 108.5, 132.9, 153.6], "sd_px": [0.1] * 4}
-    given = {"wavelength": WAVELENGTH, "pixel_size": 1e-5, "angle": 0.4}
+    given = {"wavelength": WAVELENGTH, "pixel_size": 1e-5, "view_angle": 0.4}
     percent, number = (fitting.rings(rows, **given, **{f"{name}_sd": sd}) for sd in ("2%", 0.02 * value))
     assert dict(percent.budget)[name] == pytest.approx(dict(number.budget)[name], rel=1e-12)
-    with pytest.raises(ValueError, match="angle, which is 0"):
-        fitting.rings(rows, **{**given, "angle": 0.0}, angle_sd="2%")
+    with pytest.raises(ValueError, match="view_angle, which is 0"):
+        fitting.rings(rows, **{**given, "view_angle": 0.0}, view_angle_sd="2%")

@@ -87,7 +87,7 @@ def test_positions_of_straight_fringes_are_no_ring_sizes(shared):
 
 
 def test_one_reading_of_four_is_left_out_and_both_sides_are_named(shared):
-    result = of_trial(shared, "four_series_one_misread", wavelength=547e-9, angle=np.radians(22))
+    result = of_trial(shared, "four_series_one_misread", wavelength=547e-9, view_angle=np.radians(22))
     assert (result.radius, result.radius_sd) == pytest.approx((1.1607, 0.0067), abs=1e-4)
     assert said(result, "1 reading (1 of 4 of order 3) lies off the line of the others and was left out")
     assert "read from left_mm and right_mm" in result.model["rings"]
