@@ -1,7 +1,7 @@
 """What goes with a verb while it runs: one thread for matrix products, which are small, and word of its progress."""
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from functools import lru_cache
 
@@ -27,7 +27,7 @@ def _libraries(_modules: int):
 
 
 @contextmanager
-def progress_of(progress: Progress, task: str) -> Iterator[Callable[[int, int], None]]:
+def progress_of(progress: Progress, task: str) -> Generator[Callable[[int, int], None], None, None]:
     """What a verb calls with the steps done and their number: a bar on a terminal, a function, or nothing."""
     if callable(progress):
         yield progress

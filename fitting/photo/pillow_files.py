@@ -1,6 +1,6 @@
 """Pictures that Pillow decodes as arrays of their codes: PNG, JPEG, GIF, WebP, BMP, and TIFFs of few bits."""
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ _MOVING = ("GIF", "PNG", "WEBP", "TIFF")
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Any]:
+def opened(path: Path) -> Generator[Any, None, None]:
     """A file as Pillow has it, without its limit of 179 Mpx: here the memory that there is sets the limit."""
     from PIL import Image
 

@@ -2,7 +2,7 @@
 
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -87,7 +87,7 @@ def write(path: Path, content: bytes | str, force: bool) -> None:
 
 
 @contextmanager
-def in_one_step(path: Path) -> Iterator[Path]:
+def in_one_step(path: Path) -> Generator[Path, None, None]:
     """A neighbour to write into, which takes the name at the end, or is gone where that is not reached."""
     path = path.resolve()  # a link stays one, and its target gets the content
     neighbour = _neighbour(path)

@@ -56,7 +56,7 @@ class Posterior(eqx.Module):
 
     def __call__(self, point: Float[Array, " dimensions"]) -> Float[Array, ""]:
         """Log-density up to a constant; -inf where the moments do not hold it."""
-        phase, contrast = self._fields(point)
+        phase, contrast = self.fields(point)
         _, factors = self.numbers(point)
         chi2, volume = _marginal(self.kept, phase, contrast, self.shape)
         steps = point[len(self.moving) :]
@@ -66,12 +66,13 @@ class Posterior(eqx.Module):
 
     def excursion(self, point: Float[Array, " dimensions"]) -> Float[Array, ""]:
         """Largest distance of the phase from the moments' reference [turns]."""
-        return self._away(self._fields(point)[0])
+        return self._away(self.fields(point)[0])
 
     def _away(self, phase: Float[Array, " nodes"]) -> Float[Array, ""]:
         return jnp.abs(phase - self.kept.reference).max()
 
-    def _fields(self, point: Float[Array, " dimensions"]) -> Float[Array, "2 nodes"]:
+    def fields(self, point: Float[Array, " dimensions"]) -> Float[Array, "2 nodes"]:
+        """Phase [turns] and contrast at the nodes."""
         free, factors = self.numbers(point)
         return _with(self.model, self.unknown, dict(zip(self.given, factors, strict=True)))(free)
 
@@ -157,7 +158,7 @@ def _lean(target: Posterior, found: Fitted) -> Float[Array, "moving given"]:
 def _phases_by_given(target: Posterior) -> Float[Array, "given nodes"]:
     """How the phase changes with each given quantity, per standard deviation, at the optimum."""
     origin, unit = jnp.zeros(target.dimensions), jnp.eye(target.dimensions)[len(target.moving) :]
-    return jax.vmap(lambda e: jax.jvp(lambda p: target._fields(p)[0], (origin,), (e,))[1])(unit)
+    return jax.vmap(lambda e: jax.jvp(lambda p: target.fields(p)[0], (origin,), (e,))[1])(unit)
 
 
 @eqx.filter_jit

@@ -3,7 +3,7 @@
 import os
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 
 PATIENCE = 1.0
@@ -12,7 +12,7 @@ _COMPILED = "/jax/core/compile/backend_compile_duration"
 
 
 @contextmanager
-def progress(task: str) -> Iterator[None]:
+def progress(task: str) -> Generator[None, None, None]:
     """Show `task` on stderr from the first second on until the block ends; nothing where stderr is no terminal."""
     # As rich decides it, without its import where nothing is to be shown.
     if not (sys.stderr.isatty() or os.environ.get("FORCE_COLOR")):
@@ -36,7 +36,7 @@ def progress(task: str) -> Iterator[None]:
 
 
 @contextmanager
-def _compilation(begun, ended) -> Iterator[None]:
+def _compilation(begun, ended) -> Generator[None, None, None]:
     """Call `begun` and `ended` around every compilation that JAX makes in the block."""
     from jax import monitoring
 

@@ -10,7 +10,7 @@ import signal
 import socket
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -28,7 +28,7 @@ _kept: dict[Path, str] = {}
 
 
 @contextmanager
-def watched() -> Iterator[None]:
+def watched() -> Generator[None, None, None]:
     """In this block, which the main thread runs, a signal ends the process; elsewhere nothing changes."""
     if threading.current_thread() is not threading.main_thread():
         yield

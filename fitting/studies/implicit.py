@@ -54,7 +54,7 @@ def measurement(
     Args:
       scene, camera: where the search starts, and all that is assumed; one gap with two faces.
       free: the numbers that are determined; None for what `fit` determines of such a scene, as in `information`.
-      noise: as in `information`; the weights are those of the scene's own image.
+      noise [incident irradiance]: as in `information`; the weights are those of the scene's own image.
       method: the nodes; None for as many as keep 1e-8 of the intensity, and 17 at least.
 
     The search is local, by Gauss and Newton's method: the image's fringes must be within half a turn of the scene's.

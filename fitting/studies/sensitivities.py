@@ -40,7 +40,7 @@ def sensitivity(
       target: the number that is measured; None for the radius, or the wedge angle or the gap where there is none.
       relative_accuracy: to which it shall be known, as a fraction of it.
       free: what the fit determines with it; all other numbers of the bench are held fixed.
-      noise, method: as in `information`.
+      noise [incident irradiance], method: as in `information`.
 
     The slopes are those of a fit weighted by the camera's noise, to first order: of a tilt that is 0, and of what else
     is symmetric, the target depends to second order, and nothing is said.

@@ -88,7 +88,6 @@ class Sensitivity(AbstractResult):
     @classmethod
     def from_dict(cls, saved: Mapping[str, Any]) -> "Sensitivity":
         """The result that `to_dict` was called of."""
-        infinite = {"tolerance": np.inf}
         return cls(
             saved["target"],
             saved["value"],
@@ -96,7 +95,7 @@ class Sensitivity(AbstractResult):
             saved["relative_accuracy"],
             saved["sd"],
             tuple(saved["free"]),
-            tuple(Neglected(**{**row, **(infinite if row["tolerance"] is None else {})}) for row in saved["neglected"]),
+            tuple(_neglected(dict(row)) for row in saved["neglected"]),
             saved["status"],
             saved["message"],
             list(saved["warnings"]),
@@ -118,3 +117,11 @@ class Sensitivity(AbstractResult):
                 f"{number.name:<14} {number.value:>12.6g} {tolerance:>11} {number.unit:<15} {number.slope:+.4g}"
             )
         return "\n".join(lines)
+
+
+def _neglected(row: dict[str, Any]) -> Neglected:
+    """JSON has no infinity: None stands for it."""
+    values = dict(row)
+    if values["tolerance"] is None:
+        values["tolerance"] = np.inf
+    return Neglected(**values)

@@ -62,7 +62,7 @@ def spread(
         value. Their errors are normal and independent; of a number that is positive, at most a quarter of it.
       target: the number that is measured; free: what the fit determines with it; defaults as in `sensitivity`.
       draws: a power of two, 32 or more; with n numbers draws (n + 2) fits are made. seed: of draws and bootstrap.
-      noise: as in `information`; it sets the weights of pixels, the images are free of noise.
+      noise [incident irradiance]: as in `information`; it sets the weights of pixels, the images are free of noise.
       path: a NetCDF file that holds every fit as soon as its batch is made; fits of the same study that it has already
         are not made again.
       progress: True for a bar on the terminal, or a function of (fits made, their number).

@@ -128,5 +128,6 @@ class Spread(AbstractResult):
 
 
 def _share(row: Mapping[str, Any]) -> Share:
-    first, total = (tuple(row[name]) for name in ("first_range", "total_range"))
-    return Share(**{**row, "first_range": first, "total_range": total})
+    """JSON has no tuples."""
+    values: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in row.items()}
+    return Share(**values)

@@ -107,7 +107,10 @@ class _State:
     def best_rival(self) -> Rival | None:
         """The rival that explains most of chi²; steps at all gaps where they explain what none does alone."""
         fair, floor = self.fair(), self.sample.floor
-        rivals = [bend(fair, self.sample.radius[self.used], floor), misread(fair, len(self.order), floor)]
+        rivals: list[Rival | None] = [
+            bend(fair, self.sample.radius[self.used], floor),
+            misread(fair, len(self.order), floor),
+        ]
         steps = self.corrections + len(self.breaks)
         if steps < _BREAKS:
             rivals.append(best_break(fair, floor))
@@ -172,17 +175,3 @@ def _levels(line: Regression, group: np.ndarray, used: np.ndarray) -> np.ndarray
     numbers = np.unique(group[used])
     levels = np.array([line.intercept(k) for k in range(len(numbers))])
     return levels[np.minimum(np.searchsorted(numbers, group), len(numbers) - 1)]
-
-
-def _leave_out(rival: Misread, used: np.ndarray, flags: list[str]) -> None:
-    places = np.flatnonzero(used)[rival.places]
-    for place, distance in zip(places, rival.distances, strict=True):
-        flags[place] = f"off the line of the others by {distance:+.2g} orders: misread or miscounted"
-    used[places] = False
-
-
-def _set_right(rival: Break, later: np.ndarray, order: np.ndarray, flags: list[str]) -> None:
-    order[later] += rival.miscount
-    direction = "low" if rival.miscount > 0 else "high"
-    for place in np.flatnonzero(later):
-        flags[place] = f"counted {abs(rival.miscount)} too {direction}: taken as {order[place]:g}"

@@ -20,7 +20,7 @@ def _words(beams) -> tuple[str, ...]:
 
 
 class Scene(eqx.Module):
-    """What light meets. Every number in it may be traced, differentiated and batched.
+    """What light meets, in metres and radians. Every number in it may be traced, differentiated and batched.
 
     - `surfaces`: in the order in which the light first meets them; it falls along -z.
     - `media`: refractive indices (real), one more than surfaces: `media[k]` lies before surface k.
