@@ -94,9 +94,10 @@ def courses(scenes: Sequence[Scene]) -> Courses:
         return [stop(beam, k) for k in range(len(itinerary(scene.beams[beam], len(scene.surfaces)).surface))]
 
     setting = jax.tree.map(beside, *(setting for _, setting in gathered))
-    source = source_of(scene.light)
-    wavelength = beside(*(jets.asarray(scene.wavelength) for scene in scenes))
-    return Courses((stops(first), stops(second)), setting, source._replace(wavelength=wavelength))
+    source = jax.tree.map(
+        lambda *numbers: beside(*map(jets.asarray, numbers)), *(source_of(scene.light) for scene in scenes)
+    )
+    return Courses((stops(first), stops(second)), setting, source)
 
 
 def at_nodes(benches: Sequence[tuple[Scene, Camera]], count: int, levels: int) -> JetFields:

@@ -156,13 +156,15 @@ def test_coefficients_are_those_of_the_polar_form():
 
 
 def test_benches_side_by_side_are_those_alone():
-    scenes = [nj.newton_rings(radius, 550e-9, 0.3e-6, "reflected", screen=1e-3) for radius in (1.0, 2.0)]
+    oblique = {"gap": 0.3e-6, "light_tilt": (0.2, 0.1), "polarization": 0.3, "screen": 1e-3}
+    scenes = [nj.newton_rings(1.0, 550e-9, **oblique), nj.newton_rings(2.0, 500e-9, polarization_degree=0.4, **oblique)]
     points = Jet(np.stack([POINTS, 0.5 * POINTS], axis=1)[None], 1)
     both = jet_fields.fields(jet_fields.courses(scenes), points)
     for k, scene in enumerate(scenes):
         alone = jet_fields.fields(jet_fields.courses([scene]), points[:, k : k + 1])
         np.testing.assert_array_equal(both.phase.value[k], alone.phase.value[0])
         np.testing.assert_array_equal(both.envelope.value[k], alone.envelope.value[0])
+        np.testing.assert_array_equal(both.background.value[k], alone.background.value[0])
 
 
 def test_what_does_not_land_does_not_arrive():
