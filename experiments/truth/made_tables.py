@@ -70,8 +70,10 @@ def off_model(kind: str, seed: int) -> MadeTable:
     if kind == "miscounted from some ring on":
         columns["order"] = order - rng.choice([1, 2]) * (np.arange(count) >= rng.integers(2, count - 1))
     elif kind == "radii among diameters":
-        swapped = rng.choice(count, int(rng.integers(1, count - 1)), replace=False)
-        columns["diameter_mm"] = np.where(np.isin(np.arange(count), swapped), diameters / 2, diameters)
+        share, ring = int(rng.integers(1, count - 1)), np.arange(count)
+        is_swapped = np.isin(ring, rng.choice(count, share, replace=False)) if rng.random() < 0.5 else ring < share
+        is_swapped = ~is_swapped if rng.random() < 0.5 else is_swapped
+        columns["diameter_mm"] = np.where(is_swapped, diameters / 2, diameters)
     elif kind == "two digits exchanged":
         place = int(rng.integers(count))
         diameters[place] = _exchanged(rng, diameters[place])

@@ -26,6 +26,7 @@ _RIVALS = {
     "another law": "not a straight line",
     "miscounted": "than counted",
     "miscounted, set right": "set right",
+    "radii among diameters": "lie on the line at",
     "misread": "left out",
     "likeliest to be misread": "likeliest to be misread",
     "series": "the series differ",

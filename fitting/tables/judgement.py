@@ -66,6 +66,11 @@ class Judgement:
         if fitted is None:
             return "refused", "no sphere has these rings: they are wider than the lens they tell; check the units", {}
         line, sample = fitted
+        if line.mixture is not None:
+            remedy = "set them right in the table"
+            if bench.unit == "m":
+                remedy += f"; the {bench.measured} is then {bench.value(line.mixture.slope):.4g} m"
+            return "refused", f"{line.mixture.words()}; {remedy}", {}
         # Equal readings leave the rounding of their squares.
         if line.slope * np.ptp(line.order[line.used]) <= 1e-9 * sample.ordinate.max():
             return "refused", "the radii do not grow with the order; count orders from the centre outwards", {}
@@ -119,7 +124,8 @@ class Judgement:
         low, high = TABLE[name].bounds
         doubted = doubts(name, value, self.expected, self.read.column, self.read.length_unit)
         if not low <= value <= high:
-            return "refused", f"{name} of {value:.4g} m; allowed: {low:g} to {high:g} m. {' '.join(doubted)}", values
+            reason = doubted[0] if doubted else f"the {name} is {value:.4g} m; check units and columns"
+            return "refused", f"{reason}; allowed: {low:g} to {high:g} m", values
         self.warnings += doubted
         if line.slope_sd is None:
             self.warnings.append("two readings give a line but no standard deviation; read more rings, or state sd_mm")

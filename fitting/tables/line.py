@@ -7,6 +7,7 @@ import numpy as np
 from fitting.tables.bend import Bend, bend
 from fitting.tables.breaks import Break, UncertainCount, best_break, uncertain_count
 from fitting.tables.groups import GroupBreaks, group_breaks
+from fitting.tables.mixture import Mixture, mixture
 from fitting.tables.outliers import Misread, misread, suspect
 from fitting.tables.regression import Regression, regression
 from fitting.tables.sample import Sample
@@ -15,7 +16,7 @@ from fitting.tables.scatter import Scatter, scatter_of
 # Steps of the count that are set right, or left open, at most; rounds in which readings are left out.
 _BREAKS, _ROUNDS = 3, 60
 
-Rival = Bend | Misread | Break | GroupBreaks
+Rival = Bend | Mixture | Misread | Break | GroupBreaks
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,7 @@ class Line:
     level: np.ndarray
     breaks: list[Break]
     bend: Bend | None
+    mixture: Mixture | None
 
     @property
     def slope(self) -> float:
@@ -99,6 +101,7 @@ class _State:
         self.breaks: list[Break] = []
         self.corrections = 0
         self.bend: Bend | None = None
+        self.mixture: Mixture | None = None
 
     def fair(self) -> Regression:
         """The line for questions."""
@@ -110,6 +113,7 @@ class _State:
         rivals: list[Rival | None] = [
             bend(fair, self.sample.radius[self.used], floor),
             misread(fair, len(self.order), floor),
+            mixture(fair, floor),
         ]
         steps = self.corrections + len(self.breaks)
         if steps < _BREAKS:
@@ -125,6 +129,8 @@ class _State:
         """Take a rival for true; whether there is more to ask."""
         if isinstance(rival, Bend):
             self.bend = rival
+        elif isinstance(rival, Mixture):
+            self.mixture = rival
         elif isinstance(rival, Misread):
             self._leave_out(rival)
         elif isinstance(rival, Break):
@@ -132,7 +138,7 @@ class _State:
         elif isinstance(rival, GroupBreaks):
             for step in rival.breaks:
                 self._step(step)
-        return not (rival is None or isinstance(rival, Bend))
+        return not (rival is None or isinstance(rival, Bend | Mixture))
 
     def line(self, expected: float) -> Line:
         """The line of what is believed; `expected`: the contact's intercept, in orders."""
@@ -142,7 +148,7 @@ class _State:
         group, fair = self._group(), self.fair()
         answer = regression(order[used], sample.ordinate[used], sample.weight[used], fair.group)
         scatter, levels = scatter_of(answer, fair, sample), _levels(answer, group, used)
-        return Line(answer, fair, scatter, order, used, flags, levels, self.breaks, self.bend)
+        return Line(answer, fair, scatter, order, used, flags, levels, self.breaks, self.bend, self.mixture)
 
     def _group(self) -> np.ndarray:
         """The readings that share an intercept: those of one series between two breaks."""

@@ -13,8 +13,8 @@ from fitting.tables.result import RingsResult
 from fitting.tables.table import readings
 from newtonjax.numerics import require_choice, shown
 
-# The largest standard deviation of what is given, as a share of it, and of an angle [rad].
-_LARGEST_SD, _LARGEST_ANGLE_SD = 0.25, np.pi / 4
+# The largest standard deviation of an angle [rad].
+_LARGEST_ANGLE_SD = np.pi / 4
 
 
 @says_its_origin
@@ -119,9 +119,8 @@ def _checked_sds(arguments: dict) -> dict[str, float]:
         raise ValueError(f"bright is {arguments['bright']!r}; allowed: True or False")
     names = ("wavelength", "pixel_size", "radius", "view_angle", "gap_index")
     sds = {name: absolute_sd(name, arguments[f"{name}_sd"], arguments[name]) or 0.0 for name in names}
-    for name, sd in sds.items():
-        value = 0.0 if arguments[name] is None else number(name, arguments[name])
-        largest = _LARGEST_ANGLE_SD if name == "view_angle" else _LARGEST_SD * value
-        if sd > largest:
-            raise ValueError(f"{name}_sd is {sd:g}; allowed: up to {largest:g}, else {name} is not known")
+    if sds["view_angle"] > _LARGEST_ANGLE_SD:
+        raise ValueError(
+            f"view_angle_sd is {sds['view_angle']:g}; allowed: up to {_LARGEST_ANGLE_SD:.3g} rad (45 degrees)"
+        )
     return sds

@@ -19,7 +19,7 @@ def line_on_sphere(flat: Sample, contact: float, turns: float, series=None) -> t
     """
     order, radius = flat.order, flat.radius
     line = ring_line(flat, contact, series)
-    if line.slope <= 0:
+    if line.slope <= 0 or line.mixture is not None:
         return line, flat
     # Where the lens is steep, r² alone is so bent that good rings look misread.
     steep = radius[line.used].max() > _STEEP * line.slope * turns

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 from fitting.tables.breaks import Break
 from fitting.tables.line import Line
+from fitting.tables.mixture import single_sizes
 from fitting.tables.regression import regression
 from fitting.tables.sample import Sample
 
@@ -69,6 +70,8 @@ def _of_readings(line: Line, sample: Sample) -> list[str]:
         warnings.append(
             f"{rejected.total()} {verbs[0]} ({listed}) {verbs[1]} off the line of the others and {verbs[2]} left out"
         )
+        level = line.slope * line.order + line.level
+        warnings += filter(None, [single_sizes(level, sample.ordinate, line.used, line.slope)])
     if counted := sum(flag.startswith("counted") for flag in line.flags):
         warnings.append(f"{counted} orders were miscounted by a whole ring and set right; see their flags")
     suspects = [f"{m:g}" for m, flag in zip(line.order, line.flags, strict=True) if flag.startswith("does not")]
