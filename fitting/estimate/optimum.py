@@ -64,7 +64,7 @@ class NormalMatrix:
         value, vector = np.linalg.eigh(block / np.outer(size, size))
         if not value[0] > _UNDETERMINED * value[-1]:
             pair = names[np.argsort(np.abs(vector[:, 0]))[-2:][::-1]]
-            raise np.linalg.LinAlgError(f"{pair[0]} and {pair[1]} change the image alike")
+            raise np.linalg.LinAlgError(f"the image determines only a combination of {pair[0]} and {pair[1]}")
         covariance = np.zeros_like(self.matrix)
         covariance[np.ix_(self.active, self.active)] = (vector / value) @ vector.T * variance / np.outer(size, size)
         return covariance

@@ -102,8 +102,8 @@ class RingEvidence:
     def _straight(self) -> str:
         if self.bend < self.least_bend:
             return (
-                f"the fringes are straight: over {self.orders:.0f} of them the curvature bends one by {self.bend:.2g} "
-                f"of their distance; at least {self.least_bend:.2g} is required: a radius needs rings or arcs"
+                f"the fringes are straight: across {self.orders:.0f} fringes they bend by {self.bend:.2g} fringe "
+                f"spacings; at least {self.least_bend:.2g} is required: a radius needs curved fringes"
             )
         return (
             f"the fringes are straight: evenly spaced ones explain {self.plane:.0%} of the fringe power, rings "

@@ -26,7 +26,7 @@ class Contact(AbstractPart):
     at_centre = True
     # Many discs are tried: the evidence has to be strong (Kass and Raftery 1995).
     clear = 6.0
-    unfitted = "no disc of contact fits the image: it is left out"
+    unfitted = "no contact disc fits the image; the fit has none"
     advice = MappingProxyType({"contact": "press less, or leave the rings next to the disc out by a mask"})
 
     def flatten(self, r2, unit2, numbers: Numbers):

@@ -55,7 +55,7 @@ def _image(item: Any) -> np.ndarray | ValueError:
 
 def _of_file(path: Path) -> Iterator[np.ndarray | ValueError]:
     if not path.is_file():
-        raise FileNotFoundError(f"{path} is no file; give {_ALLOWED}")
+        raise FileNotFoundError(f"{path} is not a file; give {_ALLOWED}")
     with path.open("rb") as file:
         head = file.read(6)
     if head.startswith(tiff_pages.HEADS):

@@ -28,7 +28,7 @@ def load(path: str | Path, page: int | None = None) -> Picture:
     """
     path = Path(path)
     if not path.is_file():
-        raise FileNotFoundError(f"{path} is no file; give the path of a photograph (PNG, JPEG, TIFF, WebP)")
+        raise FileNotFoundError(f"{path} is not a file; give the path of a photograph (PNG, JPEG, TIFF, WebP)")
     if path.stat().st_size == 0:
         raise ValueError(f"{path} is empty; give the path of a photograph")
     try:

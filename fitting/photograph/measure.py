@@ -82,8 +82,8 @@ def fit(
         exponent more where the fringes have a second harmonic.
       mask: True where pixels may be used, [rows, columns]; or an image file, where it is not black.
       parts: "oblique_view", "distortion", "fifth_order" (of the distortion), "contact" or "film" (between the pressed
-        faces), with True (there, whatever the image says) or False (not there); those not named are there where the
-        image calls for them.
+        faces) by name: True forces a part on, False excludes it; for a part that is not named the image decides
+        (Schwarz's criterion).
       page: of a file with several pictures, from 1 on; the first, with a warning, where it is not given.
       progress: True for a bar on the terminal, or a function of (steps done, their number).
 
@@ -242,7 +242,7 @@ def _halves(fit: Fitted, reference: Fitted) -> bool:
 def solve_bench(scene: Scene, task: Task, choice: Choice) -> Choice:
     """The fit of the traced bench next to that of the gap formula.
 
-    Raises RefusedError where the bench does not make these fringes.
+    Raises RefusedError where the scene does not reproduce these fringes.
     """
     gap, photograph = choice.found, choice.photograph
     frame, phase = gap.model.frame, gap.solution.fields.phase
@@ -250,8 +250,8 @@ def solve_bench(scene: Scene, task: Task, choice: Choice) -> Choice:
     bench = robust_fit(model, gap.reduced, [numbers], task.fixed)
     if not bench.explained > 0.5 * gap.explained:
         reason = (
-            f"the bench does not make these fringes: it explains {max(bench.explained, 0):.0%} of the variance "
-            f"where rings of any size explain {gap.explained:.0%}; check the scene, and what is fixed"
+            f"the scene does not reproduce these fringes: it explains {max(bench.explained, 0):.0%} of the image "
+            f"variance, a free ring pattern {gap.explained:.0%}; check the scene and the fixed parameters"
         )
         raise RefusedError(reason, photograph)
     choice = adapt(bench, photograph, task.wishes, task.contact_phase)

@@ -72,7 +72,7 @@ def measured(
         missing = " and ".join(name for name in EXPONENTS if name not in known.given)
         return common | {
             "status": "no-scale",
-            "message": f"{missing} are not given, and only one of them can be measured: the fringe scale is the answer",
+            "message": f"{missing} are not given; only one unknown can be measured, so the result is the fringe scale",
         }
     effects = {n: _effect(found, known, n) * values[known.unknown] / values[n] for n, sd in known.sd.items() if sd}
     budget = rows + [(name, abs(effects[name]) * sd) for name, sd in known.sd.items() if sd]
@@ -83,7 +83,8 @@ def measured(
         common["covariance"] = block_of(rescaled(spread, {"curvature": factor}), moving)
     total = float(np.sqrt(sum(sd**2 for _, sd in budget)))
     if known.plate is not None and 1.96 * total > values["radius"]:
-        reason = f"beside a plate of {known.plate[0]:g} m the lens is flat within its standard deviation"
+        plate = f"with a plate radius of {known.plate[0]:g} m"
+        reason = f"{plate} the curvature of the lens is zero within its standard deviation"
         return common | {"status": "refused", "message": reason}
     # The measured gap and contact are lengths in units of what is given.
     period_sd = np.hypot(relative_sd.get("wavelength", 0.0), relative_sd.get("gap_index", 0.0))

@@ -98,7 +98,7 @@ def adapt(
             rivals.append((name, chosen))
             chosen = _settled(plain, _nested(chosen.parts, part.name), plain.numbers, evidence)
     if chosen.parts and chosen.orders < _FEW_FOR_PARTS and judge.inflation > _STRUCTURED and plain.converged:
-        rivals.append(("parts that few rings may feign", plain))
+        rivals.append(("parts not determined by few rings", plain))
     return Choice(chosen, evidence, photograph, tuple(rivals))
 
 
@@ -126,7 +126,7 @@ def _nested(parts: tuple[str, ...], dropped: str) -> tuple[str, ...]:
 def _screened(plain: Fitted, wishes: dict[str, bool]) -> dict[str, str]:
     """The parts that need no trial, and why: a score test sees no use for them, correlation of residuals or none."""
     if 1 - plain.explained < _NOTHING and not any(wishes.values()):
-        return dict.fromkeys((*WARPS, *SEARCHED), "not tried: nothing is left over to explain")
+        return dict.fromkeys((*WARPS, *SEARCHED), "not tried: the residual is at rounding level")
     searched = [part for part in SEARCHED if part in plain.model.parts and not wishes.get(part)]
     probed = {part: max(_drops(plain, part)) for part in searched}
     warps = [part for part in WARPS if wishes.get(part, True)]
@@ -228,8 +228,8 @@ def _without_idle_warps(
 
 
 def _words(is_there: bool, is_wished: bool | None, gain: float) -> str:
-    better = f"criterion {abs(gain):.3g} {'better' if gain > 0 else 'worse'} with it"
-    return f"{'asked for' if is_wished else 'kept' if is_there else 'dropped'}: {better}"
+    change = f"BIC {'lower' if gain > 0 else 'higher'} by {abs(gain):.3g} with this part"
+    return f"{'asked for' if is_wished else 'kept' if is_there else 'dropped'}: {change}"
 
 
 def _is_open(part: str, wishes: dict[str, bool], plain: Fitted, photograph: Photograph) -> bool:

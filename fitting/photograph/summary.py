@@ -76,21 +76,23 @@ def _warnings(choice: Choice, inflation: float, given: Quantities) -> list[str]:
     warnings = list(choice.photograph.warnings)
     if inflation > 1.5:
         warnings.append(
-            f"residuals of neighbouring pixels err together ({inflation:.3g} times the variance of independent ones): "
-            "the image holds what the model does not; the noise row is raised, other errors of the model are not in it"
+            f"residuals of neighbouring pixels are correlated ({inflation:.3g} times the variance of white noise): "
+            "the model misses structure in the image; the noise row of the budget is enlarged, other model errors are "
+            "not included"
         )
     missing = [name for name in ("pixel_size", "wavelength") if name in given.given and name not in given.sd]
     if given.unknown and missing:
         warnings.append(
-            f"no standard deviation given for {' and '.join(missing)}: taken as exact, the error bar lacks it"
+            f"no standard deviation is given for {' and '.join(missing)}: treated as exact, and the reported "
+            "uncertainty does not include it"
         )
     warnings += [f"{part}: {why}" for part, why in choice.evidence.items() if why.startswith(UNFITTED)]
     if float(choice.found.solution.point.modulus.mean()) < 0:
-        warnings.append("the fringes are bright where the given gap makes them dark: check gap and view")
+        warnings.append("fringes are bright where the given gap predicts dark ones; check gap and view")
     if (cycles := finest(choice.found)) > _NYQUIST:
         warnings.append(
-            f"the finest fringes are {1 / cycles:.2g} pixels wide, near the two below which they pass for wider "
-            "ones: mask the rim, or take more pixels"
+            f"the finest fringes are {1 / cycles:.2g} pixels wide, close to the sampling limit of 2 pixels; "
+            "mask the rim or use more pixels"
         )
     return warnings
 

@@ -22,8 +22,8 @@ from newtonjax.numerics import names_in, require_choice, shown
 from newtonjax.scene import Scene, required_gap
 
 _UNSTATED = (
-    "the view was not stated: taken as Newton's rings in reflected light; one image does not tell these from "
-    "transmitted ones without a known gap, nor from the rings of a Michelson interferometer"
+    'view is not given: "reflected" is assumed; one image cannot distinguish reflected from transmitted rings unless '
+    "the gap is known, nor Newton's rings from those of a Michelson interferometer"
 )
 # Fewer pixels hold no rings.
 _FEWEST = 64

@@ -87,7 +87,7 @@ class Trials:
         return Trial(solution, residuals_of(solution, self.reduced, None), parts)
 
     def bent(self) -> Trial:
-        """The fit with as many warps as it bears: a number beyond what can be meant is none of a camera."""
+        """The fit with the largest set of distortions whose values a camera can have."""
         allowed = [part for part in WARPS if self.wishes.get(part, True)]
         for parts in (s for n in range(len(allowed), 0, -1) for s in combinations(allowed, n) if is_nested(s)):
             starts = [self.found.numbers]

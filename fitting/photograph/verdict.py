@@ -56,15 +56,18 @@ def why_refused(found: Fitted, photograph: Photograph, rings: Rings, guided: boo
     if straight > 0.3:
         return f"the fringes are straight (they explain {straight:.0%} of the power); a radius needs rings or arcs"
     if explained < _NONE:
-        return f"no rings: fringes of any radius and centre explain {max(explained, 0):.1%} of the variance at best"
+        return (
+            f"no rings found: the best ring pattern explains {max(explained, 0):.1%} of the image variance; "
+            f"at least {_NONE:.0%} is required"
+        )
     for k, c in ((rings.scale, rings.centre), (scale, (x, y))):
         if bend := _straight(photograph.mask, k, c, _FEW_STRAIGHT):
             return bend
     if orders < (least := _FEWEST_GUIDED if guided else _FEWEST):
         way_out = "" if guided else ", or give start or fixed values"
         return (
-            f"the image holds {orders:.3g} fringes, and their scale is not determined: at least {least:g} are needed; "
-            f"take more rings into the picture, or a larger field{way_out}"
+            f"the image shows {orders:.3g} fringes, which do not determine a scale; at least {least:g} are required: "
+            f"include more rings, or a larger field{way_out}"
         )
     if scale <= 0:
         return "the rings' curvature is not determined"
@@ -90,8 +93,8 @@ def _locked_badly(found: Fitted, explained: float, orders: float, guided: bool) 
     share = structure * found.weight / found.variance
     if inflation > _TOGETHER and (share > 1 - _DOUBTFUL or (explained < _POOR and inflation > 3 * _TOGETHER)):
         return (
-            f"the fringes of a sphere explain {explained:.0%} of the variance and what is left has structure: "
-            "these are not the rings of one sphere"
+            f"a ring pattern explains {explained:.0%} of the image variance, but the residual is not random: "
+            "the fringes are not the rings of one sphere"
         )
     if orders >= FEW and (share < most or inflation <= _TOGETHER):
         return ""
@@ -103,8 +106,8 @@ def _locked_badly(found: Fitted, explained: float, orders: float, guided: bool) 
     if share < most and (orders >= 2 or inflation < _ALIKE):
         return ""
     return (
-        f"{orders:.1f} fringes leave {max(share, 0):.1%} of the variance over as structure: with so few of them that "
-        "may be curvature, or no rings at all; take more rings into the picture, or a larger field"
+        f"the image shows only {orders:.1f} fringes, and {max(share, 0):.1%} of its variance is structure that the "
+        "model does not explain; curvature cannot be separated from it: include more rings, or a larger field"
     )
 
 
@@ -121,8 +124,8 @@ def _straight(mask: np.ndarray, scale: float, centre: tuple[float, float], fewes
     if bend >= min(1.0, _BEND + _WARPED * orders) or orders <= fewest:
         return ""
     return (
-        f"the fringes are straight: over {orders:.2g} of them the curvature bends one by {bend:.2g} of their distance; "
-        "a radius needs rings or arcs"
+        f"the fringes are straight: across {orders:.2g} fringes they bend by {bend:.2g} fringe spacings; "
+        "a radius needs curved fringes"
     )
 
 
@@ -136,6 +139,6 @@ def too_steep(photograph: Photograph, rings: Rings, known: Quantities) -> str:
     if reach < values["radius"]:
         return lensless(known.plate[0], values["radius"], reach) if known.plate else ""
     return (
-        f"with these quantities the rings' lens has a radius of {values['radius']:.3g} m, but the rings reach out to "
-        f"{reach:.3g} m; check the units of what was given"
+        f"wavelength and pixel size imply a lens radius of {values['radius']:.3g} m, but the rings extend to "
+        f"{reach:.3g} m; check the units"
     )

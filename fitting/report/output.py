@@ -31,11 +31,11 @@ def check_free(paths: list[Path], force: bool, keep: tuple[Path, ...] = ()) -> N
         if path.is_dir():
             raise IsADirectoryError(f"{path} is a folder; name a file to write")
         if path.exists() and not path.is_file():
-            raise ValueError(f"{path} is no regular file; name a file to write, or - for the screen")
+            raise ValueError(f"{path} is not a regular file; name a file to write, or - for the screen")
         if os.path.lexists(path) and not force:
             raise FileExistsError(f"{path} is there already; name another file, or add --force to overwrite it")
         if not path.parent.is_dir():
-            raise FileNotFoundError(f"{path.parent} is no folder; make it first, or name another file than {path}")
+            raise FileNotFoundError(f"{path.parent} is not a folder; make it first, or name another file than {path}")
         _try_to_write(path)
 
 

@@ -73,7 +73,7 @@ def _measured(photograph: Photograph, division: float, division_sd: float) -> Sc
         longest = 1 / min(lines.frequency for lines in grid.directions)
         least = max(_COHERENT, _NOISE / (4 * np.pi * (_WIDTH * longest) ** 2))
         if coherence < least:
-            message = f"no grid: what looks like one is coherent to {coherence:.2g} only ({least:.2g} is the least)"
+            message = f"no grid found: line coherence is {coherence:.2g}; at least {least:.2g} is required"
             return Scale("refused", message, photograph=photograph)
         grid = _fit(phases, grid, photograph.image.shape)
     return _checked(_answer(grid, phases, photograph, division, division_sd))
@@ -230,7 +230,9 @@ def _answer(grid: Grid, phases: list[Phases], photograph: Photograph, division: 
     lines = tuple(float(np.ptp(grid.turns(k, p.x, p.y, shape))) for k, p in enumerate(phases))
     warnings = list(photograph.warnings)
     if not division_sd:
-        warnings.append("no standard deviation given for the division: taken as exact, the error bar lacks it")
+        warnings.append(
+            "no standard deviation is given for division: treated as exact, and the uncertainty does not include it"
+        )
     # Columns of the matrix of waves are what one pixel along x, y crosses, in divisions.
     along_x, along_y = (float(np.hypot(*grid.waves[:, k])) * division for k in (0, 1))
     if abs(np.log(along_x / along_y)) > 0.02:

@@ -156,8 +156,8 @@ def chain_of(
         )
     if excursion > 0.9 * NEAR:
         message = (
-            f"the posterior reaches {excursion:.2g} turns from the fit, where the image's moments end ({NEAR:g}): the "
-            "draws are cut off there; take more rings into the picture"
+            f"the posterior extends {excursion:.2g} turns from the fit; the likelihood is accurate to {NEAR:g} turns, "
+            "and draws beyond are missing; include more rings"
         )
     return Chain(
         sample.names,

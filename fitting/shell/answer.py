@@ -42,7 +42,7 @@ class Outputs(NamedTuple):
         """
         if self.folder is not None:
             if self.folder.exists() and not self.folder.is_dir():
-                raise NotADirectoryError(f"--output-dir {self.folder} is no folder; name another one")
+                raise NotADirectoryError(f"--output-dir {self.folder} is not a folder; name another one")
             output.make_folder(self.folder)
         output.check_free([*self.in_folder().values(), *filter(None, [self._json_path()])], self.force, keep=keep)
 

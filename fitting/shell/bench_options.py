@@ -88,7 +88,7 @@ def _number(text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise ValueError(f"{text!r} is no number; give one without a unit, such as 1.5") from None
+        raise ValueError(f"{text!r} is not a number; give one without a unit, such as 1.5") from None
 
 
 # By name; a view is the scene's name.

@@ -107,19 +107,24 @@ def render(
     pixel_size: ScreenPixel = None,
     method: Annotated[
         Literal["closed-form", "chebyshev", "traced", "splat"] | None,
-        typer.Option(help="Instead of the cheapest that will do."),
+        typer.Option(help="Method; by default the cheapest one that meets the tolerance."),
     ] = None,
-    nodes: Annotated[int | None, typer.Option(min=2, max=129, help="To a side, for chebyshev.")] = None,
+    nodes: Annotated[int | None, typer.Option(min=2, max=129, help="Nodes to a side, for chebyshev.")] = None,
     epsilon: Epsilon = None,
     tolerance: Annotated[
         float | None,
         typer.Option(help="Largest error of intensity over the peak.", show_default="0.001 without a method"),
     ] = None,
-    expose: Annotated[bool, typer.Option("--expose", help="A photograph of it, with shot and read noise.")] = False,
-    seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Of the noise.")] = 0,
+    expose: Annotated[
+        bool, typer.Option("--expose", help="Add shot and read noise: a photograph of the image.")
+    ] = False,
+    seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Seed of the noise.")] = 0,
     bits: Annotated[Literal["8", "16"], typer.Option(help="16: linear; 8: sRGB.")] = "16",
     explain: Annotated[
-        bool, typer.Option("--explain", help="Also what is modelled, what is left out, and what either costs.")
+        bool,
+        typer.Option(
+            "--explain", help="Also print what is modelled, what is not, and by how much that changes the image."
+        ),
     ] = False,
     force: Force = False,
 ) -> int:
@@ -143,11 +148,14 @@ def fit(
     pixel_size_sd: PixelSd = None,
     wavelength_sd: WaveSd = None,
     radius: Annotated[
-        float | None, option(quantities.positive_length, "LENGTH", "A known radius: then the third comes out.")
+        float | None,
+        option(
+            quantities.positive_length, "LENGTH", "Known radius; then the wavelength or the pixel size is measured."
+        ),
     ] = None,
     view: View = None,
     scene: Annotated[
-        Path | None, typer.Option(metavar="SCENE.toml", help="A bench to trace instead of the gap alone.")
+        Path | None, typer.Option(metavar="SCENE.toml", help="Scene to trace instead of the gap formula.")
     ] = None,
     transfer: Transfer = None,
     scale_from: ScaleFrom = None,
@@ -156,7 +164,7 @@ def fit(
     plate_radius_sd: PlateSd = None,
     mask: MaskImage = None,
     page: Page = None,
-    mcmc: Annotated[bool, typer.Option("--mcmc", help="Draw from the posterior too (emcee).")] = False,
+    mcmc: Annotated[bool, typer.Option("--mcmc", help="Also draw from the posterior (emcee).")] = False,
     json: Json = None,
     output_dir: OutputDir = None,
     force: Force = False,
@@ -164,7 +172,8 @@ def fit(
     """Measure the lens radius from a photograph of rings, with its standard deviation and where that comes from.
 
     Two of wavelength, pixel size and radius give the third. Without a pixel size the answer is the fringe scale.
-    An oblique view, a distortion of the camera and a flattened contact are in the model where the image calls for them.
+    The fit adds an oblique view, a camera distortion and a flattened contact to the model if the image shows evidence
+    for them.
     """
     from fitting.shell import fit_verb
     from fitting.shell.answer import Outputs

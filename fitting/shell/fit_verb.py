@@ -107,7 +107,7 @@ def _check(photo: Path, given: Given, outputs: Outputs) -> None:
     read = {photo: "photograph", given.scene: "scene", given.mask: "mask", given.scale_from: "scale's JSON"}
     for path, what in read.items():
         if path is not None and not path.is_file():
-            raise FileNotFoundError(f"{path} is no file; give the path of a {what}")
+            raise FileNotFoundError(f"{path} is not a file; give the path of a {what}")
     if given.scale_from is not None and given.pixel_size is not None:
         raise ValueError("--scale-from and --pixel-size both give the pixel size; leave one out")
     if given.mcmc and given.plate_radius is not None:

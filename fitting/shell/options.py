@@ -81,14 +81,16 @@ PixelSd = Annotated[
 WaveSd = Annotated[float | None, option(quantities.length_from_zero, "LENGTH", "Standard deviation of the wavelength.")]
 View = Annotated[
     Literal["reflected", "transmitted"] | None,
-    typer.Option(help="How the rings were seen.", show_default="reflected"),
+    typer.Option(help="Side that the rings are seen on.", show_default="reflected"),
 ]
-Force = Annotated[bool, typer.Option("--force", help="Overwrite files that are there already.")]
+Force = Annotated[bool, typer.Option("--force", help="Overwrite existing files.")]
 OutputDir = Annotated[
     Path | None, typer.Option(metavar="FOLDER", help="Folder for the picture, the report and the answer.")
 ]
 Json = Annotated[str | None, typer.Option("--json", metavar="FILE|-", help="Write the answer as JSON (- is stdout).")]
-Transfer = Annotated[Any, option(_transfer, "linear|srgb|GAMMA", "How the file codes light, where it is not as usual.")]
+Transfer = Annotated[
+    Any, option(_transfer, "linear|srgb|GAMMA", "Transfer curve of the file. Default: 8 bits sRGB, 16 bits linear.")
+]
 ScaleFrom = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Pixel size and its deviation, from the JSON of `newtonjax scale`.")
 ]

@@ -154,7 +154,7 @@ def _asked_for(scene: nj.Scene, camera: nj.Camera, name: str, how: How) -> Chose
     if np.isinf(phase) and method.needs_every_beam:
         raise unreached(method)
     if np.isinf(phase):
-        reason = f"{reason}; of several rays of a beam one is followed"
+        reason = f"{reason}; where several rays of one beam reach a pixel, only one is traced"
     return Chosen(scene, method, phase, intensity, reason)
 
 

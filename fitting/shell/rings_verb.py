@@ -9,6 +9,6 @@ from fitting.tables import orders
 def run(table: Path, options: dict, outputs: Outputs) -> int:
     """Fit the line, report, write; the exit status."""
     if not table.is_file():
-        raise FileNotFoundError(f"{table} is no file; give the path of a table of ring readings (CSV with a header)")
+        raise FileNotFoundError(f"{table} is not a file; give the path of a table of ring readings (CSV with a header)")
     outputs.check((table,))
     return outputs.write(orders.rings(table, **options))

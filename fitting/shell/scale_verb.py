@@ -11,7 +11,7 @@ from fitting.shell.progress import progress
 def run(photo: Path, options: dict, outputs: Outputs) -> int:
     """Measure, report, write; the exit status."""
     if not photo.is_file():
-        raise FileNotFoundError(f"{photo} is no file; give the path of a photograph of a grid")
+        raise FileNotFoundError(f"{photo} is not a file; give the path of a photograph of a grid")
     outputs.check((photo,))
     with progress(f"measuring {photo.name}"):
         result = fitting.scale(photo, **options)
@@ -24,7 +24,7 @@ def from_file(path: Path) -> dict[str, float]:
     Raises FileNotFoundError, and ValueError for a file without a pixel size.
     """
     if not path.is_file():
-        raise FileNotFoundError(f"{path} is no file; give the JSON that `newtonjax scale` wrote")
+        raise FileNotFoundError(f"{path} is not a file; give the JSON that `newtonjax scale` wrote")
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         size, sd = float(content["pixel_size_m"]), float(content["pixel_size_sd_m"])

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def prepare() -> None:
-    """Switch JAX to float64 and to a compilation cache in the user's cache folder, whatever took how long to compile.
+    """Switch JAX to float64 and keep compiled programs of any size in the user's cache folder.
 
     `JAX_COMPILATION_CACHE_DIR` names another folder. Where none can be written, nothing is kept.
     """

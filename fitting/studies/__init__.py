@@ -1,4 +1,4 @@
-"""What a bench would tell: information, sensitivity, spread, speed."""
+"""What an image would determine of a bench: information, sensitivity, spread, speed."""
 
 from newtonjax.doors import door
 

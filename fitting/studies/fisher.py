@@ -2,8 +2,8 @@
 
 For independent normal pixels of variance σ² and mean μ(θ) it is F = Σ (∂μ/∂θ) (∂μ/∂θ)ᵀ / σ², and no unbiased estimate
 of a number scatters less than sqrt (F⁻¹)_kk (Cramér 1946, Rao 1945; Kay 1993, Fundamentals of Statistical Signal
-Processing, section 3.7). It is summed through the nodes of the image, not over its pixels. What the codes of a dim
-image tell is not normal, and is more: with read noise well below a code the bounds are up to 1 % too large where the
+Processing, section 3.7). It is summed through the nodes of the image, not over its pixels. The codes of a dim image
+are not normal, and carry more: with read noise well below a code the bounds are up to 1 % too large where the
 brightest pixel has 34 codes, 10 % at 3, and 60 % below one (tests/studies/test_information.py sums over the codes).
 """
 

@@ -229,7 +229,7 @@ def _looks(problem: Problem, data, places, tangents) -> list[tuple[Equations, np
 
 
 def _is_determined(matrix: np.ndarray) -> bool:
-    """Whether normal equations tell every number."""
+    """Whether normal equations determine every number."""
     size = np.diag(matrix)
     if not np.all(size > 0):
         return False

@@ -2,7 +2,7 @@
 
 
 class UndeterminedError(ValueError):
-    """The image does not tell what is asked for; the shell exits with 3."""
+    """The image does not determine the target; the shell exits with 3."""
 
 
 class NotConvergedError(ValueError):

@@ -86,7 +86,7 @@ def _stages(changes: Float[Array, "held 3 nodes nodes"], held: Float[Array, " he
 
 
 def _is_determined(matrix) -> Bool[Array, ""]:
-    """Whether normal equations tell every number."""
+    """Whether normal equations determine every number."""
     size = jnp.diag(matrix)
     unit = 1 / jnp.sqrt(jnp.where(size > 0, size, 1.0))
     least = jnp.linalg.eigvalsh(matrix * jnp.outer(unit, unit))[0]

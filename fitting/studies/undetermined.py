@@ -1,4 +1,4 @@
-"""What an image does not tell, in words: directions in which numbers may change together without being seen."""
+"""What an image does not determine, in words: directions in which numbers may change together without being seen."""
 
 import numpy as np
 from jaxtyping import Bool, Float

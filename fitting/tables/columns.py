@@ -34,7 +34,9 @@ def numbers(cells: Sequence, name: str, lines: Sequence[int]) -> np.ndarray:
         try:
             values[row] = float(text.replace("_", "?")) if text else math.nan
         except ValueError:
-            raise ValueError(f"line {line}, column {name}: {text[:40]!r} is no number; give a plain number") from None
+            raise ValueError(
+                f"line {line}, column {name}: {text[:40]!r} is not a number; give a plain number"
+            ) from None
     if np.isinf(values).any():
         row = int(np.flatnonzero(np.isinf(values))[0])
         raise ValueError(f"line {lines[row]}, column {name}: {cells[row]!r} is not finite; give a plain number")

@@ -64,7 +64,7 @@ class Judgement:
             return "refused", f"readings of {count} ring; a {self.bench.measured} needs at least two orders", {}
         bench, fitted = self.bench, self._line()
         if fitted is None:
-            return "refused", "no sphere has these rings: they are wider than the lens they tell; check the units", {}
+            return "refused", "the ring radii exceed the lens radius that they imply; check the units", {}
         line, sample = fitted
         if line.mixture is not None:
             remedy = "set them right in the table"

@@ -131,7 +131,7 @@ def _size_columns(cells: Mapping[str, Sequence], named: set, table_headers: Iter
     names.sort(key=lambda name: not any(part in named for part in _columns_of(name)))
     named_sizes = {name for name in named if name.split("_")[0] in headers.SIZES}
     if named_sizes and not (names and named_sizes & set(_columns_of(names[0]))):
-        raise ValueError(f"{min(named_sizes)} alone tells no ring's size; name its partner as well")
+        raise ValueError(f"{min(named_sizes)} needs its partner; name both columns")
     if names:
         return names
     listed = ", ".join(table_headers)

@@ -9,7 +9,7 @@ from fitting.tables.mixture import single_sizes
 from fitting.tables.regression import regression
 from fitting.tables.sample import Sample
 
-# The line misses contact by more than this many orders before it is worth a word.
+# Offsets from the contact order that are larger than this are reported [orders].
 _OFFSET = 0.3
 # Orders that one line lists at most.
 _LISTED = 8
@@ -34,7 +34,8 @@ def of_offset(offset: float, sd: float | None, measured: str, law: str) -> list[
         return []
     if law:
         return [
-            f"the line misses contact by {offset:+.2g} orders, and {law}: with a gap the {measured} is right, with "
+            f"the line does not pass through the contact order (offset {offset:+.2g} orders), and {law}: "
+            f"with a gap the {measured} is right, with "
             "that law there is none; read more rings"
         ]
     miscount = round(offset)
@@ -42,8 +43,8 @@ def of_offset(offset: float, sd: float | None, measured: str, law: str) -> list[
         f"the orders may be counted {abs(miscount)} too {'low' if miscount > 0 else 'high'}, or " if miscount else ""
     )
     return [
-        f"the line misses contact by {offset:+.2g} orders: {count}the glasses do not touch; the {measured} is from the "
-        "slope and does not depend on it"
+        f"the line does not pass through the contact order (offset {offset:+.2g} orders): {count}the surfaces do not "
+        f"touch; the {measured} comes from the slope and is not affected"
     ]
 
 

@@ -43,7 +43,7 @@ class Traced(AbstractMethod):
         return 32
 
     def error(self, scene: Scene, camera: Camera) -> ErrorEstimate:
-        """Rounding alone; infinite where a caustic ends in the image: of several rays of a beam one is followed there.
+        """Rounding alone; infinite where a caustic ends in the image: of several rays of a beam one is traced there.
 
         Seen at 17 x 17 nodes, where the search for a ray ends with one that reaches the screen elsewhere. Raises
         ValueError for traced values.

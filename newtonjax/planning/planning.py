@@ -84,7 +84,7 @@ def planned(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> tuple[Plan
     if not fields.arrives.all():
         reason = "not every beam reaches the whole image"
         if beams.lost.any():
-            reason = f"{reason}, and a caustic ends in it: where several rays of a beam land, one is followed"
+            reason += ", and a caustic lies in it: where several rays of one beam reach a pixel, only one is traced"
             by_rays = replace(by_rays, phase_error=np.inf, intensity_error=np.inf)
         return _with_picture(replace(by_rays, reason=reason), camera)
     formula = ClosedForm()

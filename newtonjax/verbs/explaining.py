@@ -77,13 +77,13 @@ class Explanation:
             f"cost        predicted {_time(self.predicted_seconds)}, measured {_time(self.measured_seconds)} "
             f"(first call {_time(self.compile_seconds)} more; to choose the method {_time(self.planning_seconds)})",
             f"fringes     {self.finest_fringe:.3g} pixels at the finest"
-            + ("; below 2 they pass for wider ones" if self.finest_fringe < 2.4 else ""),
+            + ("; below 2 pixels fringes are aliased" if self.finest_fringe < 2.4 else ""),
             f"beams       {', '.join(self.plan.scene.beams)}",
             f"light       one line of {float(light.wavelength) * 1e9:.6g} nm, collimated, {polarized}",
             "",
-            "in the image, and what it would change to leave it out (of the peak):",
+            "modelled, and the change of intensity if omitted (fraction of the peak):",
             *_rows(o for o in self.omissions if o.modelled),
-            "not in the image, and what it would change to have it:",
+            "not modelled, and the change of intensity if included:",
             *_rows(o for o in self.omissions if not o.modelled),
         ]
         return "\n".join(lines)
@@ -192,7 +192,7 @@ def _of_beams(scene: Scene, camera: Camera, chosen: Plan, fields: Fields) -> lis
         omissions.append(
             Omission("more beams", error, False, note if upright else f"{note}; oblique light has no number")
         )
-    note = "rays that parts of the lens beyond those seen here would send into the image; they are not looked for"
+    note = "rays from parts of the lens outside of the field of view are not searched for"
     omissions.append(Omission("light from beyond the image", None, False, note))
     return omissions
 

@@ -100,13 +100,13 @@ def test_what_is_no_image_is_refused(image, words):
 
 
 def test_missing_and_broken_files_say_so(tmp_path):
-    with pytest.raises(FileNotFoundError, match="is no file"):
+    with pytest.raises(FileNotFoundError, match="is not a file"):
         read(tmp_path / "none.png")
     for name, content in (("broken.jpg", b"\xff\xd8\xff\xe0 broken"), ("text.png", b"hello")):
         (tmp_path / name).write_bytes(content)
         with pytest.raises(ValueError, match="cannot be read as an image"):
             read(tmp_path / name)
-    with pytest.raises(FileNotFoundError, match="is no file"):
+    with pytest.raises(FileNotFoundError, match="is not a file"):
         read(tmp_path)
 
 

@@ -120,7 +120,7 @@ def test_frames_that_hold_no_rings_are_rows_with_a_reason_and_the_stack_goes_on(
         7: (rings().astype(np.uint16), "uint16"),
         8: (np.array([["x"]]), "shape"),
         9: (np.random.default_rng(0).integers(40, 180, (SIZE, SIZE)).astype(np.uint8), "search"),
-        13: ("nowhere.png", "nowhere.png is no file"),
+        13: ("nowhere.png", "nowhere.png is not a file"),
     }
     # Slow enough that the rings after seven lost frames are still near those before.
     truths = drift(150)[:16]
@@ -240,7 +240,7 @@ def test_arguments_that_cannot_be_used_are_refused_before_any_frame(frames, give
 
 
 def test_a_path_that_is_no_file_is_refused():
-    with pytest.raises(FileNotFoundError, match=r"nowhere\.tif is no file"):
+    with pytest.raises(FileNotFoundError, match=r"nowhere\.tif is not a file"):
         fitting.fit_stack("nowhere.tif", **GIVEN)
 
 

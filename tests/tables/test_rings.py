@@ -185,7 +185,7 @@ def test_pixels_without_a_scale_give_the_fringe_scale():
     [
         ({"m": [1, 2], "diameter_mm": [1, 2]}, "no column 'order'"),
         ({"order": [1, 2], "size": [1, 2]}, "no ring sizes"),
-        ({"order": [1, 2], "diameter_mm": [1, "x"]}, "'x' is no number"),
+        ({"order": [1, 2], "diameter_mm": [1, "x"]}, "'x' is not a number"),
         ({"order": [1, 2], "diameter_mm": [1, -2]}, "negative"),
         ({"order": [1, 2], "diameter_mm": [1, 2], "sd_mm": [0, 1]}, "above zero"),
         ({"order": [1, 2], "diameter_mm": [1]}, "different lengths"),
@@ -264,7 +264,7 @@ def test_the_verb_prints_writes_and_exits(tmp_path, capsys):
     assert "--force" in capsys.readouterr().err
     assert main([*command, "--column", "radius"]) == 2
     assert main(["rings", str(tmp_path / "none.csv"), "--wavelength", "589.3nm"]) == 2
-    assert "is no file" in capsys.readouterr().err
+    assert "is not a file" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("first", [1, 100, 2000])
@@ -310,8 +310,8 @@ def test_standard_deviations_in_another_unit_count(tmp_path):
     [
         ("order,diameter_mm,diameter_mm\n1,2,3\n2,3,4\n", None, "'diameter_mm' twice"),
         ("order,diameter_mm\n" + RINGS, {"foo": "diameter_mm"}, "cannot be named 'foo'"),
-        ("order,diameter_mm\n" + RINGS, {"left_mm": "diameter_mm"}, "name its partner"),
-        ("order,diameter_mm\n1,1_54\n2,3\n", None, "is no number"),
+        ("order,diameter_mm\n" + RINGS, {"left_mm": "diameter_mm"}, "needs its partner"),
+        ("order,diameter_mm\n1,1_54\n2,3\n", None, "is not a number"),
         ("order,radius_m\n1,1e200\n2,2e200\n", None, "beyond all rings"),
         ("order,radius_mm,sd_mm\n1,1,1e-300\n2,2,1\n3,3,1\n", None, "of one size"),
         ("order,radius_mm\n1e16,1\n1e17,2\n", None, "beyond all rings"),

@@ -109,7 +109,7 @@ def test_the_verb_prints_the_page(tmp_path, capsys):
         == 0
     )
     said = capsys.readouterr().out
-    assert "not in the image" in said
+    assert "not modelled, and the change" in said
     assert "predicted" in said
 
 
