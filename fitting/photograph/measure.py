@@ -95,7 +95,7 @@ def fit(
     try:
         task = task_of(arguments)
         # Reading has loaded SciPy, whose threads are to be limited too.
-        with x64(), one_blas_thread(), progress_of(progress, "fitting") as done:
+        with x64(runs_programs=scene is not None), one_blas_thread(), progress_of(progress, "fitting") as done:
             done(1, 4)
             task, rings = find(task)
             done(2, 4)

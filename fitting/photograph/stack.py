@@ -92,7 +92,7 @@ def _rows(frames: Iterator, arguments: dict, known_quantities: Quantities) -> It
         if isinstance(frame, ValueError):
             yield FrameFit(number, "refused", str(frame))
             continue
-        with x64(), one_blas_thread():
+        with x64(runs_programs=False), one_blas_thread():
             row, track, scale = _next(number, frame, track, scale, arguments)
         yield row
 

@@ -14,6 +14,7 @@ from newtonjax.numerics.jet import without_tangents as without_tangents
 from newtonjax.numerics.memory import image_memory as image_memory
 from newtonjax.numerics.memory import require_memory as require_memory
 from newtonjax.numerics.precision import afresh as afresh
+from newtonjax.numerics.precision import refuse_after_fork as refuse_after_fork
 from newtonjax.numerics.precision import require_concrete as require_concrete
 from newtonjax.numerics.precision import require_x64 as require_x64
 from newtonjax.numerics.precision import x64 as x64

@@ -1,5 +1,6 @@
 """float64 where it is needed: as a context around eager calls, as an error inside the user's own transformations."""
 
+import os
 from contextlib import contextmanager
 
 import jax
@@ -8,17 +9,36 @@ from jax.core import eval_context
 
 from newtonjax.numerics.quantities import is_concrete
 
+# The process in which JAX's programs were first run from here.
+_first_process: int | None = None
+
 
 @contextmanager
-def x64():
+def x64(runs_programs: bool = True):
     """A context for what has only concrete values: JAX computes it in float64 and at once.
 
-    The user's configuration is left alone. Within a transformation of the user's the result is a constant.
+    The user's configuration is left alone. Within a transformation of the user's the result is a constant. Raises
+    RuntimeError in a process that was forked from one where programs were run, unless none are run here.
     """
+    if runs_programs:
+        refuse_after_fork()
     # Not `ensure_compile_time_eval`: that also evaluates the constants of a program that is being traced, by a small
     # program each.
     with jax.enable_x64(True), eval_context():
         yield
+
+
+def refuse_after_fork() -> None:
+    """Raise RuntimeError where JAX would wait for ever: for threads that a fork did not take along."""
+    global _first_process
+    if _first_process is None:
+        _first_process = os.getpid()
+    if _first_process != os.getpid():
+        raise RuntimeError(
+            "this process was forked from one that had used JAX, whose threads a fork leaves behind: it would hang; "
+            'make the pool by multiprocessing.get_context("spawn"), or before the first call; fits without a scene '
+            "run in forked processes too"
+        )
 
 
 def afresh(*trees):

@@ -21,6 +21,7 @@ from newtonjax.numerics import (
     namespace,
     nodes,
     positive,
+    refuse_after_fork,
     require,
     require_size,
     shown,
@@ -96,6 +97,7 @@ class Camera(eqx.Module):
         if np.shape(image) != self.shape:
             raise ValueError(f"the image has shape {np.shape(image)}; allowed: the camera's, {self.shape}")
         if is_concrete(image, key):
+            refuse_after_fork()
             image_memory(self.shape, _EXPOSING)
         shot, read = jax.random.split(key)
         mean = jnp.clip(jnp.asarray(image) * self.exposure, 0.0)

@@ -1,0 +1,52 @@
+"""Processes that are forked after the library was used: a fit runs, and what would hang says so."""
+
+import subprocess
+import sys
+
+import pytest
+
+PROGRAM = """
+import multiprocessing, sys, warnings
+import numpy as np
+sys.path.insert(0, "tests")
+import fitting
+import newtonjax as nj
+from rings_data import rings
+
+warnings.filterwarnings("ignore", "os.fork")
+SCENE, CAMERA = nj.newton_rings(0.3), nj.Camera((16, 16), 20e-6)
+
+def fit(scene):
+    given = {"pixel_size": 5e-6, "view": "reflected"} | ({"scene": SCENE} if scene else {"wavelength": 589.3e-9})
+    return fitting.fit(rings(0.3, noise=0.02), **given).radius
+
+def answer(verb):
+    calls = {
+        "fit": lambda: fit(False),
+        "fit with a scene": lambda: fit(True),
+        "render": lambda: nj.render(SCENE, CAMERA, nj.ClosedForm()),
+        "expose": lambda: CAMERA.expose(np.ones((16, 16)), KEY),
+    }
+    try:
+        return float(np.sum(calls[verb]()))
+    except RuntimeError as error:
+        return str(error)
+
+if __name__ == "__main__":
+    import jax
+    KEY = jax.random.key(0)
+    np.asarray(nj.render(SCENE, CAMERA, nj.ClosedForm()))
+    with multiprocessing.get_context("fork").Pool(1) as pool:
+        for verb in ("fit", "fit with a scene", "render", "expose"):
+            print(pool.apply_async(answer, [verb]).get(timeout=60))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no fork")
+def test_in_a_forked_process_a_fit_runs_and_what_would_hang_says_so():
+    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stderr
+    radius, *refusals = done.stdout.splitlines()
+    assert abs(float(radius) / 0.3 - 1) < 0.01
+    assert len(refusals) == 3
+    assert all('multiprocessing.get_context("spawn")' in text for text in refusals)
