@@ -17,12 +17,13 @@ from fitting.designs.prospects import LIMITS, Bench, Layout, Limits, forecast
 from fitting.designs.search import BINDS, Search, infeasible
 from fitting.parameters import Deviations, Progress, progress_of
 from fitting.studies import says_its_bench
-from newtonjax.numerics import require_choice, require_mapping, require_whole
+from newtonjax.numerics import positive, require, require_choice, require_mapping, require_size, require_whole
 from newtonjax.scene import Camera, Scene
 
 # Nodes, samples and shifts of the fringes that are searched on, each with those whose forecast judges it: where they
 # agree to `_AGREES` the search ends. The first is smooth however many the fringes, the others are right for few.
 _AGREES = 0.02
+_MOST_STARTS = 10_000
 _GRIDS = (((5, 16, 12), (9, 384)), ((5, 48), (9, 384)), ((9, 96), (17, 384)), ((17, 192), (33, 384)))
 
 
@@ -67,7 +68,16 @@ def design(
     the limits, and where the image does not determine the target.
 
     """
-    require_whole("starts", starts)
+    if vary is None or starts is None or seed is None:
+        raise ValueError("vary, starts or seed is None; allowed: a mapping, and two whole numbers")
+    require_whole("starts", starts, 1, _MOST_STARTS)
+    require_whole("seed", seed, 0, 2**32 - 1)
+    allowed = "numbers above zero"
+    for name, value in (("pixels_per_fringe", pixels_per_fringe), ("fill_fraction", fill_fraction)):
+        require(name, value, allowed, positive)
+        require_size(name, np.atleast_1d(value), 1, allowed)
+    require("rings", rings, "two numbers, at least and at most", lambda pair: (pair > 0) & ~np.isnan(pair))
+    require_size("rings", np.asarray(rings), 2, "two numbers, at least and at most")
     require_choice("robust", robust, ("worst", "mean"))
     for name, table in (("vary", vary), ("choose", choose), ("sd", sd)):
         require_mapping(name, table)

@@ -15,6 +15,7 @@ from fitting.parameters import (
     still,
     target_first,
 )
+from newtonjax.numerics import require, shown
 from newtonjax.scene import Camera, Scene, middle
 
 
@@ -53,9 +54,11 @@ class DesignTask:
         of_scene = self.moved[target].value
         if over is not None and self.moved[target].move is still:
             raise ValueError(f"over: {target} is a property of the image and cannot be varied; omit over")
+        if over is not None:
+            require("over", over, f"values of the {target}, none of them 0", lambda values: values != 0)
         self.over = np.array([of_scene] if over is None else over, dtype=float)
         if self.over.ndim != 1 or not len(self.over) or not np.all(np.isfinite(self.over) & (self.over != 0)):
-            raise ValueError(f"over is {over!r}; allowed: values of the {target}, none of them 0")
+            raise ValueError(f"over is {shown(over)}; allowed: values of the {target}, none of them 0")
         self.before = np.array([knob.value for knob in self.numbers.values()])
 
     def bench(self, limits: Limits) -> Bench:

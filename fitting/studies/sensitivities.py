@@ -19,6 +19,7 @@ from fitting.studies.pixel_sums import slopes_of
 from fitting.studies.refusal import UndeterminedError
 from fitting.studies.sensitivity_result import Neglected, Sensitivity
 from newtonjax.methods import Chebyshev
+from newtonjax.numerics import is_real, shown
 from newtonjax.scene import Camera, Scene
 
 
@@ -49,8 +50,8 @@ def sensitivity(
     UndeterminedError, a ValueError, for one that the image does not determine.
 
     """
-    if not (isinstance(relative_accuracy, int | float) and 0 < relative_accuracy < np.inf):
-        raise ValueError(f"relative_accuracy is {relative_accuracy!r}; allowed: a positive fraction, such as 1e-3")
+    if not (is_real(relative_accuracy) and np.ndim(relative_accuracy) == 0 and 0 < relative_accuracy < np.inf):
+        raise ValueError(f"relative_accuracy is {shown(relative_accuracy)}; allowed: a positive fraction, such as 1e-3")
     every_knob = knobs(scene, camera)
     free = target_first(every_knob, target, free)
     chosen(every_knob, free)

@@ -34,6 +34,7 @@ from fitting.studies.sensitivities import sensitivity
 from fitting.studies.spread_result import Share, Spread
 from newtonjax import __version__
 from newtonjax.benches import scene_text
+from newtonjax.numerics import shown
 from newtonjax.scene import Camera, Scene
 
 # Pixels of the images of a batch, about; draws at least; samples of the bootstrap.
@@ -122,7 +123,7 @@ def spread(
 def checked_sds(every_knob: dict[str, Knob], sd: Deviations, free: tuple[str, ...], draws: int) -> dict[str, float]:
     """Standard deviations by name [unit of the number]; refuses as `spread` does what it cannot study."""
     if not (isinstance(draws, int | np.integer) and draws >= _LEAST and draws & (draws - 1) == 0):
-        raise ValueError(f"draws is {draws!r}; allowed: a power of two from {_LEAST} on, such as 128")
+        raise ValueError(f"draws is {shown(draws)}; allowed: a power of two from {_LEAST} on, such as 128")
     check_not_free(sd, free)
     sds = {}
     for name, knob in chosen(every_knob, tuple(sd)).items():
