@@ -12,6 +12,8 @@ from fitting.photograph import fit_stack as fit_stack
 from fitting.reticle import Scale as Scale
 from fitting.reticle import scale as scale
 from fitting.sampling import Chain as Chain
+from fitting.sampling import LogPosterior as LogPosterior
+from fitting.sampling import log_posterior as log_posterior
 from fitting.sampling import sample as sample
 from fitting.studies import Information as Information
 from fitting.studies import Measurement as Measurement

@@ -30,7 +30,7 @@ from newtonjax.fields import packed
 # chi-squared off by 5e-8 of it (6e-4 in 1.1e4, 256 x 256 pixels), of 0.25 by 1e-9.
 NEAR = 0.4
 # What a chain calls otherwise than a result: its phase stays one, and is no gap.
-_IN_CHAINS = {"phase": "gap_turns", "distortion_fifth_order": "distortion 5"}
+_IN_CHAINS = {"phase": "gap_turns"}
 
 
 class Posterior(eqx.Module):

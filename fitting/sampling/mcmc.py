@@ -16,6 +16,7 @@ from fitting.parameters import Progress, progress_of
 from fitting.photograph import FitResult
 from fitting.sampling.chain import Chain, chain_of
 from fitting.sampling.density import Posterior, in_blocks, log_density, posterior
+from fitting.sampling.posterior_function import evidence_of
 from newtonjax.numerics import x64
 
 # Differential evolution (ter Braak 2006), with a jump between modes in every tenth step: a third of the stretch move's
@@ -58,19 +59,13 @@ def sample(
     Raises ValueError for a result without a fit, too few walkers or steps, and a file of another fit.
 
     """
-    if not isinstance(result, FitResult):
-        raise ValueError(f"result is a {type(result).__name__}; allowed: what fitting.fit returned")
-    if result.evidence is None:
-        raise ValueError(f"the fit has no posterior: it is {result.status}; {result.message}")
+    fitted, quantities, variance, covariance = evidence_of(result)
     if sampler not in ("emcee", "nuts"):
         raise ValueError(f"sampler is {sampler!r}; allowed: 'emcee' or 'nuts'")
     if sampler == "nuts" and path is not None:
         raise ValueError("path is for sampler='emcee'; leave it out with sampler='nuts'")
     if steps < 8:
         raise ValueError(f"steps is {steps}; allowed: at least 8")
-    fitted, quantities, variance, covariance = result.evidence
-    if quantities.plate is not None:
-        raise ValueError("sample cannot include plate_radius; fit without it, and correct the radius afterwards")
     with x64():
         target = posterior(fitted, quantities, variance, covariance)
         if sampler == "nuts":

@@ -146,7 +146,7 @@ def energy_on_axis(word: str, media) -> float:
     return energy
 
 
-def enumerate_beams(media, view: str, reflections: int = 3) -> tuple[Beam, ...]:
+def enumerate_beams(media, view: str = "reflected", reflections: int = 3) -> tuple[Beam, ...]:
     """All beams with at most so many reflections that leave on one side, strongest first.
 
     Args:

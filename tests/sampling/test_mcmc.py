@@ -197,3 +197,16 @@ def test_report_and_pictures_of_a_chain(chain):
     assert chain.to_dict()["parameters"]["radius"]["interval"][0] == chain.interval("radius")[0]
     assert len(chain.figure().axes) == len(chain.names) ** 2
     assert len(chain.trace_figure().axes) == len(chain.names)
+
+
+def test_the_log_posterior_is_a_function_of_points_about_the_optimum(fitted):
+    function = fitting.log_posterior(fitted)
+    assert {"radius", "centre_x_px", "gap_turns", "pixel_size", "wavelength"} <= set(function.names)
+    optimum = np.zeros((1, function.dimensions))
+    assert function.values(optimum)["radius"][0] == pytest.approx(fitted.radius, rel=1e-6)
+    # Normal near the optimum: a standard deviation along any axis costs a half.
+    steps = np.eye(function.dimensions)
+    for sign in (1, -1):
+        np.testing.assert_allclose(function(optimum) - function(sign * steps), 0.5, atol=0.05)
+    with pytest.raises(ValueError, match="the fit has no posterior"):
+        fitting.log_posterior(fitting.fit(np.ones((40, 40))))
