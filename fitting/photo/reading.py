@@ -58,7 +58,7 @@ class Photograph:
 
 
 def read(
-    source: str | Path | np.ndarray,
+    image: str | Path | np.ndarray,
     transfer: str | float | None = None,
     mask: str | Path | np.ndarray | None = None,
     page: int | None = None,
@@ -73,7 +73,7 @@ def read(
 
     Raises FileNotFoundError, and ValueError for what is no image or needs more memory than there is.
     """
-    planes, warnings = _planes(source, page)
+    planes, warnings = _planes(image, page)
     rows, columns = planes.codes.shape[:2]
     itemsize, top = planes.codes.itemsize, planes.top
     # One channel, a mask, the lit field, and what passes by while these are made.

@@ -158,16 +158,16 @@ def _made(name: str, table: msgspec.Struct | None) -> Any:
     return None if table is None else _PARTS[name](**msgspec.structs.asdict(table))
 
 
-def save_scene(path: str | Path, scene: Scene, camera: Camera | None = None) -> None:
+def save_scene(path: str | Path, scene: Scene, camera: Camera | None = None, *, force: bool = False) -> None:
     """Write a scene, surface by surface, and a camera to a TOML file; `load_scene` gives back the same numbers.
 
-    Raises FileExistsError where the file is there already, ValueError for what is no scene or no camera.
+    Raises FileExistsError for an existing file unless `force`, ValueError for what is no scene or no camera.
     """
     for name, value, kind in (("scene", scene, Scene), ("camera", camera, Camera | None)):
         if not isinstance(value, kind):
             raise ValueError(f"{name} is {shown(value)}; allowed: a {name.capitalize()}")
     text = scene_text(scene, camera)
-    with _path(path).open("x", encoding="utf-8") as file:
+    with _path(path).open("w" if force else "x", encoding="utf-8") as file:
         file.write(text)
 
 

@@ -147,6 +147,8 @@ def test_an_existing_file_is_not_overwritten(tmp_path):
     with pytest.raises(FileExistsError):
         nj.save_scene(path, nj.newton_rings(2.0, view="transmitted", screen=1e-3))
     assert path.read_text() == before
+    nj.save_scene(path, nj.newton_rings(3.0), force=True)
+    assert nj.load_scene(path)[0].surfaces[1].curvature == pytest.approx(1 / 3, rel=1e-15)
 
 
 def test_a_byte_order_mark_is_no_part_of_a_file(tmp_path):
