@@ -23,6 +23,7 @@ from fitting.estimate.fringe_sums import fused as fused
 from fitting.estimate.fringe_sums import sums as sums
 from fitting.estimate.illumination import FEW as FEW
 from fitting.estimate.illumination import Fitted as Fitted
+from fitting.estimate.illumination import finely as finely
 from fitting.estimate.illumination import finest as finest
 from fitting.estimate.illumination import problem_of as problem_of
 from fitting.estimate.illumination import robust_fit as robust_fit

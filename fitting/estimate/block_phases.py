@@ -42,7 +42,12 @@ def _block_contrast(frame: Frame, numbers: np.ndarray) -> np.ndarray:
 
 
 class AbstractFringes(ABC):
-    """A model of the phase on the grid that it was made for."""
+    """A model of the phase on the grid that it was made for.
+
+    `exact`: the model where a formula gives its phase at any point, not at the grid's nodes alone.
+    """
+
+    exact: GapModel | None
 
     @abstractmethod
     def fields(self, numbers: np.ndarray) -> Fields:
@@ -52,10 +57,14 @@ class AbstractFringes(ABC):
     def edges(self, numbers: np.ndarray) -> PhaseAt | None:
         """The phase of rows of blocks, where the nodes do not resolve it; None where they do."""
 
+    @abstractmethod
+    def slopes_at(self, x: np.ndarray, y: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Phase of blocks [turns] and its derivatives by each number at any position [px], where it is `exact`."""
+
 
 def fringes_of(model: GapModel | SceneModel) -> AbstractFringes:
     """A model for the solver."""
-    return GapFringes(model) if isinstance(model, GapModel) else BenchFringes(model)
+    return _FRINGES[type(model)](model)
 
 
 def moved_to(model: GapModel | SceneModel, grid: Grid, numbers: np.ndarray | None = None) -> GapModel | SceneModel:
@@ -68,6 +77,10 @@ class GapFringes(AbstractFringes):
     """The gap formula at the nodes of its frame."""
 
     model: GapModel
+    exact: GapModel | None = field(init=False, compare=False, repr=False)
+
+    def __post_init__(self):
+        object.__setattr__(self, "exact", self.model)
 
     def fields(self, numbers: np.ndarray) -> Fields:
         frame = self.model.frame
@@ -94,7 +107,6 @@ class GapFringes(AbstractFringes):
         return turns
 
     def slopes_at(self, x: np.ndarray, y: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Phase of blocks [turns] and its derivatives by each number at any position [px]."""
         of_blocks = self._shift
         phase, slopes = gap_phase.phase_and_slopes(self.model, x, y, numbers)
         slopes["curvature"] = slopes["curvature"] + of_blocks
@@ -110,6 +122,7 @@ class BenchFringes(AbstractFringes):
     """A traced bench at the nodes of its frame, traced anew where the phase has moved by more than a tangent holds."""
 
     model: SceneModel
+    exact: GapModel | None = field(default=None, init=False, repr=False)
     traced: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = field(default_factory=list, compare=False, repr=False)
 
     def fields(self, numbers: np.ndarray) -> Fields:
@@ -122,3 +135,9 @@ class BenchFringes(AbstractFringes):
 
     def edges(self, numbers: np.ndarray) -> PhaseAt | None:  # noqa: ARG002  # a bench has no contact
         return None
+
+    def slopes_at(self, x, y, numbers):
+        raise NotImplementedError("a traced bench is known at its nodes")
+
+
+_FRINGES = {GapModel: GapFringes, SceneModel: BenchFringes}

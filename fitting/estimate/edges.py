@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.estimate.block_phases import GapFringes
 from fitting.estimate.elimination import CONTRAST, coefficients_of
 from fitting.estimate.fringe_sums import TUKEY, table_of
 from fitting.estimate.optimum import NormalMatrix, active_mask
@@ -62,15 +61,13 @@ def _solved(matrix: np.ndarray, gradient: np.ndarray) -> np.ndarray:
 def _normal_equations(problem: Problem, reduced: Reduced, values: np.ndarray, active: np.ndarray, scale: float):
     """Jᵀ W J and Jᵀ W r of all numbers and of what is free of the illumination."""
     fringes, grid, count = problem.phase, reduced.grid, len(NUMBERS)
-    if not isinstance(fringes, GapFringes):
-        raise TypeError("only the gap formula has edges")
     low = degrees(BACKGROUND)
     used = np.flatnonzero(np.concatenate([np.ones(count, bool), active[count:]]))
     smooth, swing = values[count : count + len(low)], values[count + len(low) :]
     lows, highs = (
         coefficients_of(degree, most) for degree, most in zip(problem.degrees, (BACKGROUND, CONTRAST), strict=True)
     )
-    faded = fringes.model.frame.contrast
+    faded = fringes.fields(values[:count]).contrast
     fading = None if faded is None else table_of(faded)
     matrix, gradient = np.zeros((len(values),) * 2), np.zeros(len(values))
     for first in range(0, len(reduced.light), _CHUNK):

@@ -14,7 +14,7 @@ from jaxtyping import Float64
 from numpy.polynomial.chebyshev import chebvander
 
 from fitting.estimate.fringe_sums import Image, Sums
-from fitting.model import BACKGROUND, ENVELOPE, degrees, node_grid
+from fitting.model import BACKGROUND, ENVELOPE, ENVELOPE_NODES, degrees
 from newtonjax.numerics import chebyshev
 
 # Degree of the contrast, at most.
@@ -90,7 +90,7 @@ def coefficients_of(degree: int, most: int) -> int:
 @cache
 def contrast_at_nodes() -> np.ndarray:
     """The polynomials of the contrast, lowest degree first, at the envelope's nodes [nodes, polynomials]."""
-    x, y = node_grid(ENVELOPE + 1)
+    x, y = ENVELOPE_NODES
     order = degrees(CONTRAST)
     return chebvander(y, CONTRAST)[:, order[:, 0]] * chebvander(x, CONTRAST)[:, order[:, 1]]
 

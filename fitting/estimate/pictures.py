@@ -6,7 +6,7 @@ from numpy.polynomial.chebyshev import chebvander
 from fitting.estimate.elimination import contrast_at_nodes, image_of
 from fitting.estimate.fringe_sums import table_of
 from fitting.estimate.illumination import Fitted
-from fitting.model import GapModel, gap_phase
+from fitting.model import gap_phase
 from newtonjax.numerics import analysis
 
 
@@ -21,8 +21,8 @@ def _along(found: Fitted, count: int) -> tuple[np.ndarray, np.ndarray]:
 def phase(found: Fitted) -> np.ndarray:
     """The rings' phase at every pixel [turns]."""
     rows, columns = (np.arange(n, dtype=float) for n in found.reduced.grid.shape)
-    if isinstance(found.model, GapModel):
-        return gap_phase.phase(found.model, columns[None], rows[:, None], found.numbers)
+    if (model := found.solution.problem.phase.exact) is not None:
+        return gap_phase.phase(model, columns[None], rows[:, None], found.numbers)
     along_y, along_x = _along(found, len(analysis(17)))
     return along_y @ table_of(found.solution.fields.phase) @ along_x.T
 

@@ -3,9 +3,9 @@
 from fitting.model import gap_phase as gap_phase
 from fitting.model.basis import BACKGROUND as BACKGROUND
 from fitting.model.basis import ENVELOPE as ENVELOPE
+from fitting.model.basis import ENVELOPE_NODES as ENVELOPE_NODES
 from fitting.model.basis import degrees as degrees
 from fitting.model.basis import model_coefficients as model_coefficients
-from fitting.model.basis import node_grid as node_grid
 from fitting.model.bench_start import scene_start as scene_start
 from fitting.model.parts import ADVICE as ADVICE
 from fitting.model.parts import EDGES as EDGES
@@ -21,4 +21,6 @@ from fitting.model.phase import GapModel as GapModel
 from fitting.model.phase import SceneModel as SceneModel
 from fitting.model.phase import as_arrays as as_arrays
 from fitting.model.phase import localize as localize
+from fitting.model.phase import shown_of as shown_of
+from fitting.model.warp import Distance as Distance
 from fitting.model.warp import Frame as Frame

@@ -24,6 +24,10 @@ def node_grid(count: int) -> tuple[np.ndarray, np.ndarray]:
     return x.ravel(), y.ravel()
 
 
+# X and y in [-1, 1] of the envelope's nodes, row by row.
+ENVELOPE_NODES = node_grid(ENVELOPE + 1)
+
+
 def model_coefficients(background, modulus, phase, reference) -> Float[Array, " basis"]:
     """Coefficients of background + modulus cos 2πphase in the basis about a reference phase.
 

@@ -10,6 +10,8 @@ from newtonjax.scene import hertz_gap
 
 # Squared radii of discs that a search starts from [half diagonals squared].
 _SQUARES = tuple(0.002 * 1.7**k for k in range(8))
+# Turns of phase, and share of the contact, within which two of them go to the same optimum.
+_BESIDE = 0.2
 
 
 class Contact(AbstractPart):
@@ -41,6 +43,12 @@ class Contact(AbstractPart):
     def starts(self, plain: Numbers) -> list[Numbers]:
         """Discs of several sizes, the rings beyond them where they were."""
         return [plain._replace(phase=plain.phase + 2 * plain.curvature * a2, contact=a2) for a2 in _SQUARES]
+
+    def is_beside(self, numbers: Numbers, reference: Numbers) -> bool:
+        """Whether phases and discs are much the same: other optima are half a turn away."""
+        widest = max(abs(numbers.contact), abs(reference.contact))
+        same_turn = abs(numbers.phase - reference.phase) < _BESIDE
+        return bool(same_turn and abs(numbers.contact - reference.contact) < _BESIDE * widest)
 
     def pinned(self, numbers: Numbers, phase: float, turn: float) -> Numbers:
         """Pinned, the phase beyond the disc allows a contact radius a turn: the nearest rung of that ladder.

@@ -106,12 +106,16 @@ class AbstractPart:
         """Where to search it from, for the numbers of a fit without it."""
         raise NotImplementedError
 
-    def pinned(self, numbers: Numbers, phase: float, turn: float) -> Numbers:  # noqa: ARG002
+    def is_beside(self, numbers: Numbers, reference: Numbers) -> bool:
+        """Whether two searches end at the same optimum."""
+        raise NotImplementedError
+
+    def pinned(self, numbers: Numbers, phase: float, turn: float) -> Numbers:
         """The nearest numbers that it pins, for those of a fit in which another part frees these.
 
         `phase`: of contact [turns]; `turn`: half a turn where the fit's contrast is negative.
         """
-        return numbers
+        raise NotImplementedError
 
     def imitates(self, numbers: Numbers, steepness: float, rim: float) -> tuple[str, str] | None:  # noqa: ARG002
         """What else may look like it: in short, and why it is dropped; None for nothing.
@@ -124,6 +128,6 @@ class AbstractPart:
         """What it leaves out beside the parts that are there; None for nothing."""
         return None
 
-    def shown(self, numbers: Numbers, length: float, is_scaled: bool) -> dict[str, Shown]:  # noqa: ARG002
-        """Its numbers as a result shows them; `length`: half a diagonal [m], or [px] without a scale."""
-        return {name: Shown(name, getattr(numbers, name), 1.0) for name in self.parameters}
+    def shown(self, numbers: Numbers, length: float, is_scaled: bool) -> dict[str, Shown]:
+        """Its numbers in a result, where not as they are; `length`: half a diagonal [m], or [px] without a scale."""
+        raise NotImplementedError

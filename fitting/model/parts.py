@@ -25,9 +25,9 @@ SEARCHED = {
 ADVICE = {row: text for part in _ORDER for row, text in part.advice.items()}
 PRICES = {part.name: len(part.parameters) if part.price is None else part.price for part in _ORDER}
 # Those that have a method of their own: for the phase, and for what may be taken for them or is left out.
-DISPLACING, REACHING, FLATTENING, IMITATING, LEAVING_OUT = (
+DISPLACING, REACHING, FLATTENING, IMITATING, LEAVING_OUT, SHOWING = (
     tuple(part for part in _ORDER if getattr(type(part), method) is not getattr(AbstractPart, method))
-    for method in ("displacements", "reach", "flatten", "imitates", "law")
+    for method in ("displacements", "reach", "flatten", "imitates", "law", "shown")
 )
 # The numbers of radial powers 1, 2, ... of |u|², pairs of numbers that stretch, and numbers above 0 that make an edge.
 RADIAL = tuple(part.parameters[0] for part in sorted(_ORDER, key=lambda part: part.radial_power) if part.radial_power)

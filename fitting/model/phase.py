@@ -3,6 +3,8 @@
 A model turns a few free numbers, all of order one, into the phase and the shape of the contrast at an image's nodes.
 """
 
+from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from typing import ClassVar, NamedTuple
 
@@ -14,15 +16,36 @@ from jaxtyping import Array, Float
 from numpy.polynomial.chebyshev import chebvander
 
 from fitting.model.basis import ENVELOPE, node_grid
-from fitting.model.parts import FLATTENING, PARTS, WARPS
+from fitting.model.part import Shown
+from fitting.model.parts import FLATTENING, PARTS, SHOWING, WARPS, numbers_of
 from fitting.model.warp import Frame, on_object, reach
-from fitting.parameters import Numbers, change, raise_lens
+from fitting.parameters import EXPONENTS, Numbers, Quantities, change, quantities_of, raise_lens
 from newtonjax.fields import fields_at, packed, polar
 from newtonjax.numerics import chebyshev
-from newtonjax.scene import Scene
+from newtonjax.scene import Scene, gap_height
 
 # A bench is traced on this many nodes to a side: its phase is far smoother than an image's products.
 _TRACED = 13
+
+
+class Answer(NamedTuple):
+    """What a model's numbers say: quantities by name, and how the measured one changes with the first number.
+
+    - `gap` [m], None where it is not known; `period`: of the gap, per turn [m].
+    """
+
+    values: dict[str, float]
+    slope: float
+    gap: float | None
+    period: float
+
+
+def shown_of(names: tuple[str, ...], numbers: Numbers, length, is_scaled: bool) -> dict[str, Shown]:
+    """By number, what a result shows of parts; `length`: half a diagonal [m], or [px] without a scale."""
+    shown = {name: Shown(name, getattr(numbers, name), 1.0) for name in numbers_of(names)}
+    for part in (part for part in SHOWING if part.name in names):
+        shown |= part.shown(numbers, length, is_scaled)
+    return shown
 
 
 class GapModel(eqx.Module):
@@ -35,7 +58,10 @@ class GapModel(eqx.Module):
     on a curved plate c is the sum of both curvatures, and `plate` the plate's [1/px].
     """
 
+    words: ClassVar[str] = "2 n t at normal incidence, {sphere}"
     parts: ClassVar[tuple[str, ...]] = tuple(PARTS)
+    # Whether a held gap is so many turns, as what is given says.
+    holds_turns: ClassVar[bool] = True
 
     frame: Frame
     sphere: tuple[Float[Array | np.ndarray, ""] | float, Float[Array | np.ndarray, ""] | float]
@@ -73,6 +99,46 @@ class GapModel(eqx.Module):
         (factor, power), unit = self.sphere, self.frame.unit
         return float(factor * abs(numbers.curvature / unit**2) ** power) ** 2 * rim * unit**2
 
+    def answer(self, quantities: Quantities, numbers: Numbers, contact_phase: float) -> Answer:
+        """What its numbers say, for what is given."""
+        unit2 = self.frame.unit**2
+        scale = float(numbers.curvature) / unit2
+        if quantities.unknown is None:
+            return Answer({"fringe_scale_per_px2": scale}, 1 / unit2, None, 1.0)
+        values = quantities.values(scale)
+        slope = values[quantities.unknown] / EXPONENTS[quantities.unknown] / numbers.curvature
+        period = values["wavelength"] / (2 * values["gap_index"])
+        turns = numbers.phase - contact_phase
+        gap = float(turns - np.round(turns)) * period
+        return Answer(values | {"fringe_scale_per_px2": scale}, slope, gap, period)
+
+    def measured(self, quantities: Quantities, curvature, changed: Mapping):
+        """The quantity that is measured, or the fringe scale, for its first number and changed given quantities."""
+        scale = curvature / self.frame.unit**2
+        return scale if quantities.unknown is None else quantities.solve(scale, changed)
+
+    def changed(self, quantities: Quantities, numbers: Numbers, name: str, factor: float) -> "GapModel":  # noqa: ARG002
+        """The model for other given quantities, one of which was multiplied."""
+        scale = float(numbers.curvature) / self.frame.unit**2
+        return replace(self, sphere=quantities.sphere(scale), plate=quantities.plate_curvature)
+
+    def traced(self, unknown: str | None, factors: Mapping) -> "GapModel":
+        """The model with given quantities multiplied, inside a transformation."""
+        if unknown not in ("radius", "pixel_size"):
+            # Then the sphere is given: s/R, or with the index free as well.
+            factor = self.sphere[0] * factors.get("pixel_size", 1.0) / factors.get("radius", 1.0)
+        elif unknown == "radius":
+            factor = self.sphere[0] * factors.get("wavelength", 1.0)
+            factor = factor / (factors.get("gap_index", 1.0) * factors.get("pixel_size", 1.0))
+        else:
+            factor = factors.get("wavelength", 1.0) / (factors.get("gap_index", 1.0) * factors.get("radius", 1.0))
+            factor = self.sphere[0] * jnp.sqrt(factor)
+        return eqx.tree_at(lambda m: m.sphere[0], self, factor)
+
+    def effect(self, quantities: Quantities, curvature: float, change: float, name: str) -> float:
+        """Relative change of the measured quantity per that of a given one, by which the first number changes so."""
+        return (change / curvature - EXPONENTS[name]) / EXPONENTS[quantities.measured]
+
 
 class SceneModel(eqx.Module):
     """Fringes of a traced bench on its screen.
@@ -81,7 +147,9 @@ class SceneModel(eqx.Module):
     [units], rise of what lies above the gap [half wavelengths], and those of the parts that move points.
     """
 
+    words: ClassVar[str] = "traced bench"
     parts: ClassVar[tuple[str, ...]] = WARPS
+    holds_turns: ClassVar[bool] = False
 
     frame: Frame
     scene: Scene
@@ -111,6 +179,39 @@ class SceneModel(eqx.Module):
     def steepness(self, numbers: Numbers, rim: float) -> float:  # noqa: ARG002
         """What the gap formula leaves out of a steep sphere's view, a traced bench has."""
         return 0.0
+
+    def answer(self, quantities: Quantities, numbers: Numbers, contact_phase: float) -> Answer:  # noqa: ARG002
+        """What its numbers say: the gap is the scene's with the fitted rise, known modulo half a wavelength in it."""
+        values = self._own()
+        slope, period = values[quantities.measured], values["wavelength"] / 2
+        values[quantities.measured] *= 1 + float(numbers.curvature)
+        scale = values["gap_index"] * values["pixel_size"] ** 2 / (values["radius"] * values["wavelength"])
+        gap = gap_height(self.scene) + float(numbers.phase) * period
+        return Answer(values | {"fringe_scale_per_px2": scale}, slope, gap, period)
+
+    def measured(self, quantities: Quantities, curvature, changed: Mapping):  # noqa: ARG002
+        """The quantity that is measured, for its first number."""
+        return self._own()[quantities.measured] * (1 + curvature)
+
+    def _own(self) -> dict[str, float]:
+        return {**quantities_of(self.scene, self.face), "pixel_size": float(self.pixel_size)}
+
+    def changed(self, quantities: Quantities, numbers: Numbers, name: str, factor: float) -> "SceneModel":  # noqa: ARG002
+        """The model for other given quantities, one of which was multiplied."""
+        if name == "pixel_size":
+            return replace(self, pixel_size=self.pixel_size * factor)
+        return replace(self, scene=change(self.scene, name, factor, self.face))
+
+    def traced(self, unknown: str | None, factors: Mapping) -> "SceneModel":  # noqa: ARG002
+        """The model with given quantities multiplied, inside a transformation."""
+        scene, pixel_size = self.scene, self.pixel_size * factors.get("pixel_size", 1.0)
+        for name in factors.keys() - {"pixel_size"}:
+            scene = change(scene, name, factors[name], self.face)
+        return eqx.tree_at(lambda m: (m.scene, m.pixel_size), self, (scene, pixel_size))
+
+    def effect(self, quantities: Quantities, curvature: float, change: float, name: str) -> float:  # noqa: ARG002
+        """Relative change of the measured quantity per that of a given one, by which the first number changes so."""
+        return change / (1 + curvature)
 
 
 def _ends(nodes):

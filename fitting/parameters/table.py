@@ -1,6 +1,6 @@
 """The table of named parameters: what fits, studies, chains, reports and files call a number, and what may be meant."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from newtonjax.scene import INDEX, PIXEL_SIZE, RADIUS, WAVELENGTH
 
@@ -16,6 +16,7 @@ class ParameterSpec:
     - `positive`: whether only its ratios mean something.
     - `advice`: what makes its row of a budget smaller; empty where nothing can be said.
     - `in_fit`: whether it is a number of a part of the rings' model, and so stands in the vector of a fit.
+    - `in_unit`: what follows its values in a text: a blank and the unit, or nothing.
     """
 
     name: str
@@ -25,11 +26,10 @@ class ParameterSpec:
     positive: bool = False
     advice: str = ""
     in_fit: bool = False
+    in_unit: str = field(init=False)
 
-    @property
-    def in_unit(self) -> str:
-        """What follows its values in a text: a blank and the unit, or nothing."""
-        return f" {self.unit}" if self.unit else ""
+    def __post_init__(self):
+        object.__setattr__(self, "in_unit", f" {self.unit}" if self.unit else "")
 
     def key(self, suffix: str = "") -> str:
         """Its key in JSON, the unit at its end: "radius_sd_m" of the suffix "sd"."""

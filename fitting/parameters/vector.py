@@ -41,12 +41,11 @@ def rescaled(
 def result_names(unknown: str | None) -> dict[str, str]:
     """What a result calls each number, for the quantity that is measured (None: the fringe scale).
 
-    A result's numbers are in SI units or pixels: a gap for the phase, a radius for the contact's square.
+    A result's numbers are in SI units or pixels: a gap for the phase; the parts' may have other names there.
     """
     return dict(zip(NUMBERS, NUMBERS, strict=True)) | {
         "curvature": unknown or "fringe_scale_per_px2",
         "centre_x": "centre_x_px",
         "centre_y": "centre_y_px",
         "phase": "gap",
-        "contact": "contact_radius" if unknown else "contact_radius_px",
     }

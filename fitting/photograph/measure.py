@@ -7,7 +7,7 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from fitting.estimate import FEW, Fitted, frame_on, moved_to, robust_fit, sharpened
+from fitting.estimate import FEW, Fitted, finely, frame_on, robust_fit, sharpened
 from fitting.finding import Rings, evidence_of, find_rings, follow, settled, view_of
 from fitting.model import WARPS, GapModel, scene_start
 from fitting.parameters import Numbers, Progress, held_turns, one_blas_thread, progress_of, says_its_origin
@@ -26,13 +26,10 @@ from newtonjax.scene import Scene
 # More blocks than this are made wider, up to so many cycles of the finest fringe in one: a made picture of 29 million
 # pixels has a deviation of 1.2 millionths with them, 0.9 without.
 _MANY_BLOCKS, _BEARABLE = 500_000, 0.2
-# Blocks to a side of the lit field, at least; pixels up to which a fit may go on from blocks to each of them.
-_FEWEST_BLOCKS, _MOST_PIXELS = 64, 1_000_000
+# Blocks to a side of the lit field, at least.
+_FEWEST_BLOCKS = 64
 # Fringes that explain less than this may be bent.
 _HALF_FOUND = 0.7
-# Correlation of residuals up to which noise is what limits a fit, and shares of the variance that no photograph leaves
-# so little of, and that single precision rounds.
-_WHITE, _MADE, _EXACT = 2.0, 1e-4, 1e-8
 
 
 @says_its_origin
@@ -183,24 +180,6 @@ def _block(photograph: Photograph, rings: Rings) -> int:
     if pixels > _MANY_BLOCKS * block**2:
         block = min(block_size(finest, _BEARABLE), int(np.ceil(np.sqrt(pixels / _MANY_BLOCKS))))
     return max(1, min(block, int(min(np.ptp(x), np.ptp(y))) // _FEWEST_BLOCKS))
-
-
-def finely(fit: Fitted, photograph: Photograph) -> Fitted:
-    """The fit on every pixel for itself where blocks lose something: a tenth of the deviation that noise alone makes.
-
-    Of most photographs other errors outweigh that by far. What leaves next to nothing over was no photograph: then in
-    double precision.
-    """
-    reduced, unexplained = fit.reduced, 1 - fit.explained
-    white = unexplained < _MADE or fit.correlation < _WHITE
-    exact = unexplained < _EXACT
-    is_fine = reduced.grid.block == 1 and not (exact and reduced.light.dtype == np.float32)
-    if is_fine or not white or reduced.pixels > _MOST_PIXELS:
-        return fit
-    pixels = reduce(photograph, 1, dtype=np.float64 if exact else np.float32)
-    model = moved_to(fit.model, pixels.grid)
-    again = robust_fit(model, pixels, [fit.numbers], fit.fixed, fit.parts)
-    return again if again.converged or not fit.converged else fit
 
 
 def _with_parts(task: Task, rings: Rings, plain: Fitted, before: Fitted | None = None) -> Choice:

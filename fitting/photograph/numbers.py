@@ -5,41 +5,38 @@ from dataclasses import replace
 import numpy as np
 
 from fitting.estimate import Fitted, bends, fringes_of
-from fitting.model import GapModel, SceneModel, free_numbers, gap_phase
+from fitting.model import Distance, free_numbers, shown_of
 from fitting.parameters import (
     EXPONENTS,
     NUMBERS,
+    TABLE,
     Numbers,
     Quantities,
     block_of,
-    change,
     held_turns,
     interval,
     lensless,
-    quantities_of,
     rescaled,
     result_names,
 )
 from fitting.photo import thin
 from fitting.photograph.result import Parameter
-from newtonjax.scene import gap_height
 
 
 def measured(
-    found: Fitted, known: Quantities, view: str, covariance: np.ndarray, rows: list[tuple[str, float]]
+    found: Fitted, known: Quantities, contact_phase: float, covariance: np.ndarray, rows: list[tuple[str, float]]
 ) -> dict:
     """The numbers of a `FitResult`, by name; `rows`: (source, deviation of the curvature) of the image itself."""
     model, frame = found.model, found.model.frame
     numbers = Numbers(*found.numbers)
     offsets = (numbers.centre_x, numbers.centre_y)
     centre = tuple(float(m + c * frame.unit) for m, c in zip(frame.middle, offsets, strict=True))
-    if isinstance(model, SceneModel):
-        values, slope, gap, period = _of_scene(model, known, numbers)
-    else:
-        values, slope, gap, period = _of_gap(model, known, view, numbers)
-    disc, disc_slope = _disc(found, values)
+    values, slope, gap, period = model.answer(known, numbers, contact_phase)
+    is_scaled = known.unknown is not None
+    shown = shown_of(found.parts, numbers, frame.unit * values.get("pixel_size", 1.0), is_scaled)
     relative_sd = {name: sd / known.given[name] for name, sd in known.sd.items()}
-    units = {"curvature": slope, "centre_x": frame.unit, "centre_y": frame.unit, "phase": period, "contact": disc_slope}
+    units = {"curvature": slope, "centre_x": frame.unit, "centre_y": frame.unit, "phase": period}
+    units |= {name: float(number.slope) for name, number in shown.items()}
     spread = rescaled(block_of(covariance), units)
     sds = Numbers(*np.sqrt(np.clip(np.diag(spread), 0, None)))
     scale = values["fringe_scale_per_px2"]
@@ -51,16 +48,16 @@ def measured(
         "fringe_scale_sd": relative * abs(EXPONENTS.get(known.unknown or "", 1)) * scale,
         "centre_px": centre,
     }
-    scaled = known.unknown is not None
-    free, names = free_numbers(found.fixed, found.parts), result_names(known.unknown)
-    x, y = centre
-    in_units = numbers._replace(centre_x=x, centre_y=y, contact=disc)._asdict()
+    free = free_numbers(found.fixed, found.parts)
+    names = result_names(known.unknown) | {name: number.name for name, number in shown.items()}
+    in_units = dict(zip(("centre_x", "centre_y"), centre, strict=True))
+    in_units |= {name: float(number.value) for name, number in shown.items()}
     gap = found.fixed.get("gap", gap)
-    moving = tuple(name for name in free if scaled or name != "phase")
+    moving = tuple(name for name in free if is_scaled or name != "phase")
     parameters = {
-        names[name]: _parameter(float(in_units[name]), sd, name not in free)
-        for name, sd in sds._asdict().items()
-        if name not in ("curvature", "phase") and (name in free or name in ("centre_x", "centre_y"))
+        names[name]: _parameter(in_units[name], getattr(sds, name), name not in free)
+        for name in NUMBERS
+        if name in in_units
     }
     common |= {
         "names": tuple(names[name] for name in moving),
@@ -86,22 +83,33 @@ def measured(
         plate = f"with a plate radius of {known.plate[0]:g} m"
         reason = f"{plate} the curvature of the lens is zero within its standard deviation"
         return common | {"status": "refused", "message": reason}
-    # The measured gap and contact are lengths in units of what is given.
+    # The measured gap and the parts' lengths are in units of what is given.
     period_sd = np.hypot(relative_sd.get("wavelength", 0.0), relative_sd.get("gap_index", 0.0))
     gap_sd = float(np.hypot(sds.phase, gap * period_sd))
-    if "contact_radius" in parameters:
-        contact = parameters["contact_radius"]
-        whole = np.hypot(contact.sd or 0.0, disc * relative_sd.get("pixel_size", 0.0))
-        parameters["contact_radius"] = Parameter(disc, float(whole), contact.fixed)
+    for number in shown.values():
+        if TABLE[number.name].unit == "m":
+            length = parameters[number.name]
+            sd = np.hypot(length.sd or 0.0, length.value * relative_sd.get("pixel_size", 0.0))
+            parameters[number.name] = Parameter(length.value, float(sd), length.fixed)
     given = {name: Parameter(values[name], known.sd.get(name), True) for name in known.given}
     answer = {known.unknown: Parameter(values[known.unknown], total, False)}
+    if known.unknown == "radius":
+        radius = {
+            "radius_sd": total,
+            "radius_interval": interval(values["radius"], total),
+            "radius_sd_noise": budget[0][1],
+        }
+    else:
+        radius = {"radius_sd": known.sd.get("radius")}
     return common | {
         "status": "ok",
+        "radius": values["radius"],
+        "radius_sd": total if known.unknown == "radius" else known.sd.get("radius"),
         "gap": gap,
-        "contact_radius": disc if "contact" in found.parts else None,
+        "contact_radius": parameters["contact_radius"].value if "contact_radius" in parameters else None,
         "parameters": answer | given | parameters | {"gap": _parameter(gap, gap_sd, "phase" not in free)},
         "budget": budget,
-        **_radius(known, values, total, budget),
+        **radius,
     }
 
 
@@ -145,64 +153,19 @@ def _on_the_mean(
 
 def mean_scale(found: Fitted, numbers: np.ndarray) -> float:
     """What a distortion makes of the scale on the mean of the field: slope of the object's r² over the image's."""
-    model = found.model
-    if not isinstance(model, GapModel):
-        return 1.0
+    frame = found.model.frame
     rows, columns = np.nonzero(found.left.weights[thin(found.left.weights > 0, 20_000)] > 0)
     step = thin(found.left.weights > 0, 20_000)[0].step
     x, y = found.reduced.grid.x[columns * step], found.reduced.grid.y[rows * step]
-    at, unit, middle = Numbers(*numbers), model.frame.unit, model.frame.middle
+    at, unit, middle = Numbers(*numbers), frame.unit, frame.middle
     dx, dy = x - at.centre_x * unit - middle[0], y - at.centre_y * unit - middle[1]
     in_image = dx**2 + dy**2
     in_image = in_image - in_image.mean()
-    return float(in_image @ gap_phase.squared_distance(model, x, y, numbers) / (in_image @ in_image))
-
-
-def _disc(found: Fitted, values: dict[str, float]) -> tuple[float, float]:
-    """Radius of a contact [m], or [px] without a scale, and its change per unit of the contact's number."""
-    square, unit = float(Numbers(*found.numbers).contact), found.model.frame.unit * values.get("pixel_size", 1.0)
-    if not square > 0:
-        return 0.0, 0.0
-    return float(np.sqrt(square)) * unit, unit / (2 * float(np.sqrt(square)))
+    return float(in_image @ Distance(frame, x, y, at).r2 / (in_image @ in_image))
 
 
 def _parameter(value: float, sd: float, held: bool) -> Parameter:
     return Parameter(value, None if held else float(sd), held)
-
-
-def _radius(known: Quantities, values: dict[str, float], total: float, budget) -> dict:
-    if known.unknown != "radius":
-        return {"radius": values["radius"], "radius_sd": known.sd.get("radius")}
-    return {
-        "radius": values["radius"],
-        "radius_sd": total,
-        "radius_interval": interval(values["radius"], total),
-        "radius_sd_noise": budget[0][1],
-    }
-
-
-def _of_gap(model, known: Quantities, view: str, numbers: Numbers):
-    """Values, change of the measured one per unit of the first free number, the gap [m], and the gap per turn."""
-    unit2 = model.frame.unit**2
-    scale = float(numbers.curvature) / unit2
-    if known.unknown is None:
-        return {"fringe_scale_per_px2": scale}, 1 / unit2, None, 1.0
-    values = known.values(scale)
-    slope = values[known.unknown] / EXPONENTS[known.unknown] / numbers.curvature
-    period = values["wavelength"] / (2 * values["gap_index"])
-    turns = numbers.phase - (0.5 if view == "reflected" else 0.0)
-    gap = float(turns - np.round(turns)) * period
-    return values | {"fringe_scale_per_px2": scale}, slope, gap, period
-
-
-def _of_scene(model: SceneModel, known: Quantities, numbers: Numbers):
-    """As `_of_gap`; the gap is the scene's with the fitted rise, known modulo half a wavelength in its medium."""
-    scene = model.scene
-    values = {**quantities_of(scene, model.face), "pixel_size": float(model.pixel_size)}
-    slope, period = values[known.measured], values["wavelength"] / 2
-    values[known.measured] *= 1 + float(numbers.curvature)
-    scale = values["gap_index"] * values["pixel_size"] ** 2 / (values["radius"] * values["wavelength"])
-    return values | {"fringe_scale_per_px2": scale}, slope, gap_height(scene) + float(numbers.phase) * period, period
 
 
 def _effect(found: Fitted, known: Quantities, name: str) -> float:
@@ -212,28 +175,20 @@ def _effect(found: Fitted, known: Quantities, name: str) -> float:
     curvature; the phase's and the contrast's changes are central differences of 1e-5, small against a turn and
     large against rounding.
     """
-    model, first = found.model, float(Numbers(*found.numbers).curvature)
+    model, numbers = found.model, Numbers(*found.numbers)
+    first = float(numbers.curvature)
 
     def fields(factor):
-        free, moved = found.numbers, model
-        if not isinstance(model, SceneModel):
-            changed = replace(known, given={**known.given, name: known.given[name] * factor})
-            moved = replace(model, sphere=changed.sphere(first / model.frame.unit**2), plate=changed.plate_curvature)
-            if "gap" in found.fixed:
-                turns = held_turns(found.fixed, changed) - held_turns(found.fixed, known)
-                free = np.array(Numbers(*free)._replace(phase=Numbers(*free).phase + turns))
-        elif name == "pixel_size":
-            moved = replace(model, pixel_size=model.pixel_size * factor)
-        else:
-            moved = replace(model, scene=change(model.scene, name, factor, model.face))
-        at = fringes_of(moved).fields(free)
+        quantities, held = replace(known, given={**known.given, name: known.given[name] * factor}), 0.0
+        if model.holds_turns and "gap" in found.fixed:
+            held = held_turns(found.fixed, quantities) - held_turns(found.fixed, known)
+        at = fringes_of(model.changed(quantities, numbers, name, factor)).fields(
+            np.array(numbers._replace(phase=numbers.phase + held))
+        )
         return at.phase, np.ones_like(at.phase) if at.contrast is None else at.contrast
 
     step = 1e-5
-    (phase, contrast), (other, other_contrast) = fields(1 + step), fields(1 - step)
-    bend, fade = (phase - other) / (2 * step), (contrast - other_contrast) / (contrast + other_contrast) / step
+    (phase, contrast), (phase_below, contrast_below) = fields(1 + step), fields(1 - step)
+    bend, fade = (phase - phase_below) / (2 * step), (contrast - contrast_below) / (contrast + contrast_below) / step
     crossed = bends(found.solution, bend[:, None], fade[:, None])[0][:, 0]
-    moved = float(Numbers(*found.matrix.shift(crossed)).curvature)
-    if isinstance(model, SceneModel):
-        return moved / (1 + first)
-    return (moved / first - EXPONENTS[name]) / EXPONENTS[known.measured]
+    return model.effect(known, first, float(Numbers(*found.matrix.shift(crossed)).curvature), name)

@@ -4,7 +4,7 @@ import numpy as np
 from scipy import ndimage
 
 from fitting.estimate import Fitted
-from fitting.model import GapModel, gap_phase, numbers_of
+from fitting.model import gap_phase, numbers_of
 from fitting.parameters import slots_of
 from fitting.photo import block_means
 
@@ -15,8 +15,8 @@ _ASTRAY, _MANY, _BLOCKS = 0.1, 20.0, 40
 
 def followed(found: Fitted, parts: tuple[str, ...]) -> np.ndarray | None:
     """Numbers to start a fit with parts from where the fit leaves whole fringes astray: the phase map's, else None."""
-    numbers, model = found.numbers, found.model
-    if not isinstance(model, GapModel) or found.orders < _MANY:
+    numbers, model = found.numbers, found.solution.problem.phase.exact
+    if model is None or found.orders < _MANY:
         return None
     x, y, away, strength = phase_map(found)
     if not np.any(strength) or np.sqrt(np.average(away**2, weights=strength)) < _ASTRAY:

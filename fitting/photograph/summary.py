@@ -5,7 +5,6 @@ import time
 import numpy as np
 
 from fitting.estimate import Fitted, Residuals, finest
-from fitting.model import SceneModel
 from fitting.parameters import Quantities
 from fitting.photo import Photograph
 from fitting.photograph.numbers import measured
@@ -36,11 +35,10 @@ def report(task: Task, choice: Choice, began: float) -> FitResult:
         if not fit.converged:
             message = "least squares did not converge; mask what is not rings, or give start"
             return FitResult("not-converged", message, seconds=time.perf_counter() - began, **common)
-        covariance = fit.matrix.covariance(variance)
-        rows = image_rows(fit, variance, choice.rivals, given.given.get("wavelength"))
+        covariance, rows = image_rows(fit, variance, choice.rivals, given.given.get("wavelength"))
     except np.linalg.LinAlgError as error:
         return FitResult("refused", f"undetermined: {error}", seconds=time.perf_counter() - began, **common)
-    numbers = measured(fit, given, task.view, covariance, rows)
+    numbers = measured(fit, given, task.contact_phase, covariance, rows)
     if numbers["fringe_scale_sd"] > 0.2 * numbers["fringe_scale_per_px2"]:
         message = "the curvature is not determined: its standard deviation exceeds a fifth of its value"
         return FitResult("refused", message, seconds=time.perf_counter() - began, **common)
@@ -99,20 +97,14 @@ def _warnings(choice: Choice, inflation: float, given: Quantities) -> list[str]:
 
 def _model(fit: Fitted, photograph: Photograph, given: Quantities) -> dict[str, str]:
     rounded = f"degree {fit.shape[0]} background, degree {fit.shape[1]} contrast (least BIC)"
-    sphere = "exact sphere" if given.unknown else "r² (no scale, so no sphere)"
-    gap = f"2 n t at normal incidence, {sphere}"
     outliers = "none weighted down" if fit.scale is None else "weighted down (Tukey)"
-    used = fit.left.weights > 0
-    pixels = round(float(fit.reduced.weights[used].sum(dtype=float)) * fit.reduced.grid.block**2)
+    used, block = fit.left.weights > 0, fit.reduced.grid.block
+    in_blocks = "" if block == 1 else f", means over {block} x {block}"
+    pixels = round(float(fit.reduced.weights[used].sum(dtype=float)) * block**2)
     return {
-        "fringes": "traced bench" if isinstance(fit.model, SceneModel) else gap,
+        "fringes": fit.model.words.format(sphere="exact sphere" if given.unknown else "r² (no scale, so no sphere)"),
         "illumination": rounded,
         "outliers": outliers,
         "channel": f"{photograph.channel}, transfer {photograph.transfer}",
-        "pixels": f"{pixels} of {photograph.mask.size}{_in_blocks(fit)}",
+        "pixels": f"{pixels} of {photograph.mask.size}{in_blocks}",
     }
-
-
-def _in_blocks(fit: Fitted) -> str:
-    block = fit.reduced.grid.block
-    return "" if block == 1 else f", means over {block} x {block}"

@@ -1,6 +1,6 @@
 """What a fit is asked: a photograph, what is given of its set-up, and what the user wishes; checked."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import jax
@@ -49,12 +49,8 @@ class Task:
     wishes: dict[str, bool]
     keeps_curve: bool
 
-    is_guided: bool = field(init=False)
-    contact_phase: float = field(init=False)
-
-    def __post_init__(self):
-        object.__setattr__(self, "is_guided", bool(self.fixed or self.start))
-        object.__setattr__(self, "contact_phase", 0.5 if self.view == "reflected" else 0.0)
+    is_guided: bool
+    contact_phase: float
 
 
 def checked_parts(parts) -> dict[str, bool]:
@@ -72,11 +68,12 @@ def task_of(arguments: dict[str, Any]) -> Task:
     """
     image, scene, view = arguments["image"], arguments["scene"], arguments["view"]
     view = "reflected" if view is None else view
+    wishes = checked_parts(arguments["parts"])
     require_choice("view", view, ("reflected", "transmitted"))
+    free = names_in("free", arguments["free"])
     if not isinstance(scene, Scene | None):
         raise ValueError(f"scene is {shown(scene)}; allowed: a Scene, such as newton_rings(1.0), or None")
-    wishes = checked_parts(arguments["parts"])
-    given = _quantities(arguments, scene)
+    given = _quantities(arguments, free, scene)
     fixed, start = checked_fixed(arguments["fixed"]), checked_start(arguments["start"])
     photograph = read_photograph(
         np.asarray(image) if isinstance(image, jax.Array) else image,
@@ -92,13 +89,13 @@ def task_of(arguments: dict[str, Any]) -> Task:
     if photograph.is_uniform:
         raise RefusedError("the image is uniform: there are no fringes", photograph)
     view, keeps_curve = view if scene is None else scene.view, arguments["transfer"] is not None
-    return Task(photograph, given, view, scene, fixed, start, wishes, keeps_curve)
+    is_guided, contact_phase = bool(fixed or start), 0.5 if view == "reflected" else 0.0
+    return Task(photograph, given, view, scene, fixed, start, wishes, keeps_curve, is_guided, contact_phase)
 
 
-def _quantities(arguments: dict[str, Any], scene: Scene | None) -> Quantities:
+def _quantities(arguments: dict[str, Any], free: tuple[str, ...], scene: Scene | None) -> Quantities:
     values = {name: arguments[name] for name in ("radius", "wavelength", "pixel_size", "gap_index")}
-    sd, free = {name: arguments[f"{name}_sd"] for name in values}, arguments["free"]
-    free = names_in("free", free)
+    sd = {name: arguments[f"{name}_sd"] for name in values}
     if set(free) - set(values):
         raise ValueError(f"free is {shown(free)}; allowed: radius, wavelength, pixel_size or gap_index")
     if scene is None:

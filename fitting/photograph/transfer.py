@@ -4,7 +4,7 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 
 from fitting.estimate import SIZES, Fitted, correlation
-from fitting.model import GapModel, gap_phase
+from fitting.model import gap_phase
 from fitting.photo import Photograph, thin
 
 _PIXELS = 30_000
@@ -21,7 +21,8 @@ def linearized(photograph: Photograph, found: Fitted) -> Photograph | None:
     The exponent is the one that leaves the least share of the variance over. Where that is the first or the last that
     is tried, the harmonics are no power law's: then the codes stay as they are, and the photograph's warnings say so.
     """
-    if not isinstance(found.model, GapModel) or not _is_bent(found):
+    model = found.solution.problem.phase.exact
+    if model is None or not _is_bent(found):
         return None
     sample = thin(photograph.mask, _PIXELS)
     step = sample[0].step
@@ -29,7 +30,7 @@ def linearized(photograph: Photograph, found: Fitted) -> Photograph | None:
     weights = _weights_at(found, rows, columns)
     rows, columns = rows[weights > 0], columns[weights > 0]
     light = photograph.codes.light((slice(None, None, step), slice(None, None, step)))[rows // step, columns // step]
-    turns = gap_phase.phase(found.model, columns.astype(float), rows.astype(float), found.numbers)
+    turns = gap_phase.phase(model, columns.astype(float), rows.astype(float), found.numbers)
     basis = np.linalg.qr(_design(photograph.mask.shape, rows, columns, turns))[0]
 
     def left(exponent: float) -> float:

@@ -37,8 +37,6 @@ _TOLERANCE = 0.02
 # Steps of a trial, and of each disc's before the best ones go on, and how many these are: false optima are near. One
 # that then has so many times the least chi-squared is on none of the best.
 _STEPS, _FIRST_STEPS, _FURTHER, _FALSE = 60, 3, 4, 2.0
-# Turns of phase, and share of a part's number, within which two of them go to the same optimum.
-_BESIDE = 0.2
 # Cycles of the finest fringe in a block of a trial, and blocks to a side that are left, at least.
 _CYCLES, _FEWEST = 0.4, 64
 
@@ -116,7 +114,8 @@ class Trials:
         near = [fit for fit in first[:_FURTHER] if fit.solution.chi2 < _FALSE * first[0].solution.chi2]
         finished: list[Trial] = []
         for at in near:
-            if not any(_is_beside(part, at, fit) for fit in finished):
+            numbers = Numbers(*at.numbers)
+            if not any(PARTS[part].is_beside(numbers, Numbers(*fit.numbers)) for fit in finished):
                 finished.append(self.fit(parts, at.numbers))
         finished = [fit for fit in finished if self.is_sane(fit)]
         if not finished:
@@ -160,16 +159,6 @@ def _without(numbers: np.ndarray, parts: tuple[str, ...]) -> np.ndarray:
     """Numbers without those of parts that are not there."""
     return np.array(
         Numbers(*numbers)._replace(**dict.fromkeys(numbers_of(part for part in PARTS if part not in parts), 0.0))
-    )
-
-
-def _is_beside(part: str, fit: Trial, reference: Trial) -> bool:
-    """Whether two fits with a searched part go to the same optimum: others are half a turn away."""
-    numbers, others = Numbers(*fit.numbers)._asdict(), Numbers(*reference.numbers)._asdict()
-    same_turn = all(abs(numbers[name] - others[name]) < _BESIDE for name in PARTS[part].pins)
-    return same_turn and all(
-        abs(numbers[name] - others[name]) < _BESIDE * max(abs(numbers[name]), abs(others[name]))
-        for name in PARTS[part].parameters
     )
 
 

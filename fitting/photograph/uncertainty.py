@@ -24,8 +24,8 @@ def image_rows(
     variance: float,
     rivals: tuple[tuple[str, Fitted], ...],
     wavelength: float | None,
-) -> list[tuple[str, float]]:
-    """(source, standard deviation of the curvature) of all that is not a given quantity.
+) -> tuple[np.ndarray, list[tuple[str, float]]]:
+    """Covariance of all unknowns, and (source, deviation of the curvature) of all that is not a given quantity.
 
     Noise with the parts' numbers held; then what each part's own numbers add; what these leave out; rival models
     that the image does not rule out; sodium's second line; and what halves of the field differ by beyond their noise.
@@ -33,6 +33,7 @@ def image_rows(
     numbers, present = Numbers(*found.numbers), found.parts
     laws = [part.law(numbers, present) for part in LEAVING_OUT if part.name in present]
     matrix, held = found.matrix, [part for part in found.parts if PARTS[part].parameters]
+    covariance = matrix.covariance(variance)
     before = matrix.holding(numbers_of(held)).deviation("curvature", variance)
     rows = [("noise", before)]
     while held:
@@ -50,7 +51,7 @@ def image_rows(
         rows += [("sodium's two lines", row)] if row > 0 else []
     if (apart := halves_apart(found, variance)) > 0:
         rows.append(("model, by halves of the field", apart))
-    return rows
+    return covariance, rows
 
 
 def _doublet(found: Fitted) -> float:

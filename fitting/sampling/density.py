@@ -12,15 +12,22 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from fitting.estimate import CONTRAST, Fitted, Moments, bends, contrast_at_nodes, moments, sums
-from fitting.model import BACKGROUND, GapModel, SceneModel, as_arrays, degrees, free_numbers, model_coefficients
+from fitting.model import (
+    BACKGROUND,
+    GapModel,
+    SceneModel,
+    as_arrays,
+    degrees,
+    free_numbers,
+    model_coefficients,
+    shown_of,
+)
 from fitting.parameters import (
     NUMBERS,
     Numbers,
     Quantities,
     block_of,
-    change,
     held_turns,
-    quantities_of,
     result_names,
     slots_of,
 )
@@ -29,8 +36,6 @@ from newtonjax.fields import packed
 # A phase further from the moments' reference [turns] is not resolved by their basis: a cubic drift of so much puts
 # chi-squared off by 5e-8 of it (6e-4 in 1.1e4, 256 x 256 pixels), of 0.25 by 1e-9.
 NEAR = 0.4
-# What a chain calls otherwise than a result: its phase stays one, and is no gap.
-_IN_CHAINS = {"phase": "gap_turns"}
 
 
 class Posterior(eqx.Module):
@@ -74,7 +79,7 @@ class Posterior(eqx.Module):
     def fields(self, point: Float[Array, " dimensions"]) -> Float[Array, "2 nodes"]:
         """Phase [turns] and contrast at the nodes."""
         free, factors = self.numbers(point)
-        return _with(self.model, self.unknown, dict(zip(self.given, factors, strict=True)))(free)
+        return self.model.traced(self.unknown, dict(zip(self.given, factors, strict=True)))(free)
 
     def numbers(self, point: Float[Array, " dimensions"]) -> tuple[Float[Array, " free"], Float[Array, " given"]]:
         """The model's free numbers at a point, and the factors of what is given."""
@@ -117,7 +122,7 @@ def posterior(found: Fitted, known: Quantities, variance: float, covariance: np.
     """The posterior of a finished fit, for the noise's variance per unit weight and the covariance at the optimum."""
     moving = free_numbers(found.fixed, found.parts)
     given = tuple(name for name, sd in known.sd.items() if sd) if known.unknown else ()
-    gap_is_held = "gap" in found.fixed and isinstance(found.model, GapModel)
+    gap_is_held = "gap" in found.fixed and found.model.holds_turns
     inner = block_of(covariance, moving)
     target = Posterior(
         model=as_arrays(found.model),
@@ -167,25 +172,6 @@ def _numbers_at(target: Posterior, points: Float[Array, "n dimensions"]):
     return jax.vmap(target.numbers)(points)
 
 
-def _with(model: GapModel | SceneModel, unknown: str | None, factors: dict) -> GapModel | SceneModel:
-    """The model with given quantities multiplied."""
-    if isinstance(model, SceneModel):
-        scene, pixel_size = model.scene, model.pixel_size * factors.get("pixel_size", 1.0)
-        for name in factors.keys() - {"pixel_size"}:
-            scene = change(scene, name, factors[name], model.face)
-        return eqx.tree_at(lambda m: (m.scene, m.pixel_size), model, (scene, pixel_size))
-    if unknown not in ("radius", "pixel_size"):
-        # Then the sphere is given: s/R, or with the index free as well.
-        factor = model.sphere[0] * factors.get("pixel_size", 1.0) / factors.get("radius", 1.0)
-    elif unknown == "radius":
-        factor = model.sphere[0] * factors.get("wavelength", 1.0)
-        factor = factor / (factors.get("gap_index", 1.0) * factors.get("pixel_size", 1.0))
-    else:
-        factor = factors.get("wavelength", 1.0) / (factors.get("gap_index", 1.0) * factors.get("radius", 1.0))
-        factor = model.sphere[0] * jnp.sqrt(factor)
-    return eqx.tree_at(lambda m: m.sphere[0], model, factor)
-
-
 def _marginal(kept: Moments, phase, contrast, shape: tuple[int, int]) -> tuple[Float[Array, ""], Float[Array, ""]]:
     """Chi-squared of the best background and contrast (less a constant), and log det of their normal matrix."""
     low = int((degrees(BACKGROUND).sum(axis=1) <= shape[0]).sum())  # lowest degrees come first
@@ -211,25 +197,18 @@ def draws(target: Posterior, found: Fitted, known: Quantities, points: np.ndarra
     free, factors = in_blocks(_numbers_at, target, points)
     unit, middle = found.model.frame.unit, found.model.frame.middle
     given = {name: known.given[name] * factor for name, factor in zip(target.given, factors.T, strict=True)}
-    columns = Numbers(*free.T)._asdict()
+    numbers = Numbers(*free.T)
+    columns = numbers._asdict()
     pixel = given.get("pixel_size", known.given.get("pixel_size", 1.0))
     columns |= {
-        "curvature": _measured(found, known, columns["curvature"], given),
-        "centre_x": middle[0] + columns["centre_x"] * unit,
-        "centre_y": middle[1] + columns["centre_y"] * unit,
-        "contact": np.sqrt(np.clip(columns["contact"], 0, None)) * unit * pixel,
+        "curvature": found.model.measured(known, numbers.curvature, given),
+        "centre_x": middle[0] + numbers.centre_x * unit,
+        "centre_y": middle[1] + numbers.centre_y * unit,
     }
-    names = result_names(known.unknown) | _IN_CHAINS
+    shown = shown_of(found.parts, numbers, unit * pixel, known.unknown is not None)
+    columns |= {name: number.value for name, number in shown.items()}
+    # Its phase stays one, and is no gap as in a result.
+    names = result_names(known.unknown) | {name: number.name for name, number in shown.items()}
+    names |= {"phase": "gap_turns"}
     columns = {names[name]: columns[name] for name in target.moving} | given
     return Draws(tuple(columns), np.stack(list(columns.values()), axis=1))
-
-
-def _measured(found: Fitted, known: Quantities, first: np.ndarray, given: dict[str, np.ndarray]) -> np.ndarray:
-    """The measured quantity of the first free number, for given ones as drawn."""
-    if known.unknown is None:
-        return first / found.model.frame.unit**2
-    model = found.model
-    if isinstance(model, SceneModel):
-        own = {**quantities_of(model.scene, model.face), "pixel_size": float(model.pixel_size)}
-        return own[known.unknown] * (1 + first)
-    return known.solve(first / model.frame.unit**2, given)

@@ -128,7 +128,7 @@ def test_no_package_asserts_where_it_should_refuse(name):
 
 # Still to be brought down, so these may only fall. Functions with names that say how a value came about, parameters
 # too, in percent (wanted: 8 in both); lines that address a number of the fit by its place (wanted: none).
-VAGUE = {"newtonjax": 0.2, "fitting": 10.5}
+VAGUE = {"newtonjax": 0.2, "fitting": 9.3}
 POSITIONS = 0
 
 
@@ -143,7 +143,7 @@ def test_numbers_by_position_do_not_become_more():
 
 
 # As far as it has come: 45 stops and 20 returns are wanted.
-STOPS, RETURNS = 136, 78
+STOPS, RETURNS = 136, 77
 FOLLOW = "import sys; sys.path.insert(0, sys.argv[1]); import counting, pathlib; "
 
 
