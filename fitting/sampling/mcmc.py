@@ -17,7 +17,7 @@ from fitting.photograph import FitResult
 from fitting.sampling.chain import Chain, chain_of
 from fitting.sampling.density import Posterior, in_blocks, log_density, posterior
 from fitting.sampling.posterior_function import evidence_of
-from newtonjax.numerics import x64
+from newtonjax.numerics import require_whole, x64
 
 # Differential evolution (ter Braak 2006), with a jump between modes in every tenth step: a third of the stretch move's
 # autocorrelation time in six dimensions (measured: 22 steps against 79). Not emcee's snooker move, whose acceptance
@@ -66,6 +66,7 @@ def sample(
         raise ValueError("path is for sampler='emcee'; leave it out with sampler='nuts'")
     if steps < 8:
         raise ValueError(f"steps is {steps}; allowed: at least 8")
+    require_whole("seed", seed, 0, 2**32 - 1)
     with x64():
         target = posterior(fitted, quantities, variance, covariance)
         if sampler == "nuts":

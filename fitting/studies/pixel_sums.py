@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from fitting.parameters import one_blas_thread
-from newtonjax.numerics import chebyshev
+from newtonjax.numerics import chebyshev, require_memory
 
 # Pixels of a block, about: its tables stay in the cache.
 _BLOCK = 1 << 16
@@ -56,6 +56,9 @@ def equations(
     """
     count = table.shape[-1]
     fine = 2 * count - 1
+    # Both bases, and what passes by while they are made.
+    basis_bytes = 3.0 * 8.0 * fine * sum(shape)
+    require_memory(f"a study of {shape[0]} x {shape[1]} pixels", basis_bytes, "allowed: a smaller shape")
     along_y, along_x = (chebyshev.basis(n, fine) for n in shape)
     moments, sums, misfit = np.zeros((len(_PAIRS), fine, fine)), np.zeros((3, count, count)), 0.0
     with one_blas_thread():

@@ -34,7 +34,7 @@ from fitting.studies.sensitivities import sensitivity
 from fitting.studies.spread_result import Share, Spread
 from newtonjax import __version__
 from newtonjax.benches import scene_text
-from newtonjax.numerics import shown
+from newtonjax.numerics import require_whole, shown
 from newtonjax.scene import Camera, Scene
 
 # Pixels of the images of a batch, about; draws at least; samples of the bootstrap.
@@ -73,6 +73,7 @@ def spread(
 
     """
     every_knob = knobs(scene, camera)
+    require_whole("seed", seed, 0, 2**32 - 1)
     free = target_first(every_knob, target, free)
     target, *beside = free
     sds = checked_sds(every_knob, sd, free, draws)

@@ -99,3 +99,18 @@ def test_no_interval_of_a_radius_reaches_zero_however_uncertain_what_is_given(na
     assert result.status == "ok"
     low, high = result.radius_interval
     assert 0 < low < result.radius < high
+
+
+def test_no_study_takes_more_memory_than_there_is():
+    with pytest.raises(ValueError, match=r"1000000000 x 1000000000 pixels needs .* are available; allowed: a smaller"):
+        fitting.information(SCENE, nj.Camera((10**9, 10**9), 1e-12))
+
+
+def test_random_numbers_take_a_seed_that_is_one():
+    result = fitting.fit(IMAGE, wavelength=589.3e-9, pixel_size=30e-6, view="reflected")
+    for call in (
+        lambda: fitting.sample(result, steps=8, seed=-1),
+        lambda: fitting.spread(SCENE, CAMERA, {"pixel_size": "0.1%"}, draws=32, seed=-1),
+    ):
+        with pytest.raises(ValueError, match="seed is -1; allowed: 0 to 4294967295"):
+            call()
