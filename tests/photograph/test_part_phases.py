@@ -8,7 +8,7 @@ import pytest
 from fitting.estimate import frame_on
 from fitting.model import PARTS, GapModel, gap_phase, phase, warp
 from fitting.model.part import AbstractPart, Flattening
-from fitting.parameters import NUMBERS, Numbers
+from fitting.parameters import NUMBERS, TABLE, Numbers
 from fitting.photo import Grid
 
 GRID = Grid((60, 80), 1, (0, 60), (0, 80))
@@ -66,3 +66,22 @@ def test_a_part_may_move_points_anywhere_and_change_any_share(monkeypatch, part,
         if name in slopes:
             np.testing.assert_allclose(slopes[name], slope, rtol=1e-9, atol=1e-9, err_msg=name)
     assert slopes[part.parameters[0]].any()
+
+
+@pytest.mark.parametrize("name", [name for name, part in PARTS.items() if part.parameters])
+def test_every_part_has_bounds_and_derivatives_that_are_those_of_jax(name):
+    """Holds for parts to come, too: their numbers are read off the table."""
+    frame, part = frame_on(GRID), PARTS[name]
+    model = GapModel(frame, (0.02, 1.0))
+    values = {number: 0.1 * TABLE[number].bounds[1] for number in part.parameters}
+    numbers = np.array(Numbers(9.0, 0.1, -0.2, 0.3)._replace(**values))
+    assert np.isfinite(list(values.values())).all()
+    turns, slopes = gap_phase.phase_and_slopes(model, frame.x, frame.y, numbers)
+    assert np.allclose(gap_phase.phase(model, frame.x, frame.y, numbers), turns, rtol=0, atol=1e-12)
+    for number in part.parameters:
+        with jax.enable_x64():
+            along = jnp.eye(len(NUMBERS))[NUMBERS.index(number)]
+            at = (jnp.asarray(numbers),)
+            by_jax = jax.jvp(lambda n: model.phase(frame.x, frame.y, n), at, (along,))[1]
+        assert np.abs(by_jax).max() > 1e-3
+        np.testing.assert_allclose(slopes[number], by_jax, rtol=1e-8, atol=1e-9)
