@@ -26,7 +26,7 @@ def check_free(paths: list[Path], force: bool, keep: tuple[Path, ...] = ()) -> N
     if len({path.absolute() for path in paths}) < len(paths):
         raise ValueError(f"two answers would go to one file; name another file than {paths[-1]}")
     for path in paths:
-        if any(path.exists() and other.exists() and path.samefile(other) for other in keep):
+        if any(path.exists() and read.exists() and path.samefile(read) for read in keep):
             raise ValueError(f"{path} is what the command reads; name another file to write")
         if path.is_dir():
             raise IsADirectoryError(f"{path} is a folder; name a file to write")
@@ -119,9 +119,9 @@ def files_of(folder: Path | None, names: tuple[str, ...], force: bool, keep: tup
     if folder.exists() and not folder.is_dir():
         raise NotADirectoryError(f"{folder} is a file; name a folder to write into")
     files = [folder / name for name in names]
-    there = [file for file in files if os.path.lexists(file)]
-    if there and not force:
-        raise FileExistsError(f"{there[0]} is there already; name another folder, or add --force to overwrite it")
+    existing = [file for file in files if os.path.lexists(file)]
+    if existing and not force:
+        raise FileExistsError(f"{existing[0]} is there already; name another folder, or add --force to overwrite it")
     make_folder(folder)
     check_free(files, force, keep)
     return files

@@ -178,11 +178,11 @@ def fit(
     from fitting.shell import fit_verb
     from fitting.shell.answer import Outputs
 
-    given = fit_verb.Given(
+    options = fit_verb.FitOptions(
         wavelength, pixel_size, wavelength_sd, pixel_size_sd, radius, view, scene, transfer, scale_from, contact, mask,
         mcmc, plate_radius, plate_radius_sd, page,
     )  # fmt: skip
-    return fit_verb.run(photo, given, Outputs(json, output_dir, force))
+    return fit_verb.run(photo, options, Outputs(json, output_dir, force))
 
 
 @app.command()

@@ -14,7 +14,7 @@ from fitting.shell.lamps import Wavelength
 from fitting.shell.progress import progress
 
 
-class Given(NamedTuple):
+class FitOptions(NamedTuple):
     """What the user knows, in SI; None for what was not given."""
 
     wavelength: Wavelength | None = None
@@ -34,21 +34,21 @@ class Given(NamedTuple):
     page: int | None = None
 
 
-def run(photo: Path, given: Given, outputs: Outputs) -> int:
+def run(photo: Path, options: FitOptions, outputs: Outputs) -> int:
     """Fit, report, write; the exit status."""
-    pictures = ("corner.png", "trace.png") if given.mcmc else ()
+    pictures = ("corner.png", "trace.png") if options.mcmc else ()
     outputs = outputs._replace(more=("report.html", *pictures))
-    _check(photo, given, outputs)
+    _check(photo, options, outputs)
     session.prepare()
-    arguments = _arguments(given)
+    arguments = _arguments(options)
     with progress(f"fitting {photo.name}"):
         result = fitting.fit(photo, **arguments)
-    if not given.mcmc or result.evidence is None:
+    if not options.mcmc or result.evidence is None:
         return outputs.write(result, _extras(result, photo, None))
-    drawn = outputs.keep(result)
+    picture = outputs.keep(result)
     chain = _chain(result, outputs)
     outputs = outputs._replace(force=True)  # of what is there now the files of this run are replaced
-    return outputs.write(result, _extras(result, photo, chain), drawn)
+    return outputs.write(result, _extras(result, photo, chain), picture)
 
 
 def _chain(result, outputs: Outputs):
@@ -71,13 +71,13 @@ def _extras(result, photo: Path, chain) -> Extras:
     command = " ".join(["newtonjax", *map(shlex.quote, sys.argv[1:])])
 
     def files(picture: bytes) -> dict[str, bytes | str]:
-        drawn, made = {"Photograph and fit": picture}, {}
+        pictures, added = {"Photograph and fit": picture}, {}
         if chain is not None:
-            made = {"corner.png": as_png(chain.figure()), "trace.png": as_png(chain.trace_figure())}
-            drawn |= {"Posterior": made["corner.png"], "Chain": made["trace.png"]}
+            added = {"corner.png": as_png(chain.figure()), "trace.png": as_png(chain.trace_figure())}
+            pictures |= {"Posterior": added["corner.png"], "Chain": added["trace.png"]}
         from fitting.report import page
 
-        return {**made, "report.html": page(result, photo, command, drawn, chain)}
+        return {**added, "report.html": page(result, photo, command, pictures, chain)}
 
     if chain is None:
         return Extras(files=files)
@@ -92,7 +92,7 @@ def demo(folder: Path, force: bool) -> int:
     sample = tomllib.loads((data / "sample.toml").read_text(encoding="utf-8"))
     outputs = Outputs(folder=folder, force=force)
     with as_file(data / "sample.png") as photo:
-        _check(photo, Given(), outputs)
+        _check(photo, FitOptions(), outputs)
         session.prepare()
         with progress("fitting the sample"):
             result = fitting.fit(photo, **sample["given"])
@@ -102,61 +102,61 @@ def demo(folder: Path, force: bool) -> int:
     return status
 
 
-def _check(photo: Path, given: Given, outputs: Outputs) -> None:
+def _check(photo: Path, options: FitOptions, outputs: Outputs) -> None:
     """Refuse before anything slow starts what cannot be read or written."""
-    read = {photo: "photograph", given.scene: "scene", given.mask: "mask", given.scale_from: "scale's JSON"}
+    read = {photo: "photograph", options.scene: "scene", options.mask: "mask", options.scale_from: "scale's JSON"}
     for path, what in read.items():
         if path is not None and not path.is_file():
             raise FileNotFoundError(f"{path} is not a file; give the path of a {what}")
-    if given.scale_from is not None and given.pixel_size is not None:
+    if options.scale_from is not None and options.pixel_size is not None:
         raise ValueError("--scale-from and --pixel-size both give the pixel size; leave one out")
-    if given.mcmc and given.plate_radius is not None:
+    if options.mcmc and options.plate_radius is not None:
         raise ValueError("--mcmc draws the rings' own radius; leave --plate-radius out, and take the plate off after")
     outputs.check(tuple(filter(None, read)))
 
 
-def _arguments(given: Given) -> dict:
+def _arguments(options: FitOptions) -> dict:
     """The arguments of `fitting.fit`; what a scene file says stands in for what was not given."""
-    known: dict[str, Any] = {
-        "wavelength_sd": given.wavelength_sd,
-        "pixel_size": given.pixel_size,
-        "pixel_size_sd": given.pixel_size_sd,
-        "radius": given.radius,
-        "transfer": given.transfer,
+    arguments: dict[str, Any] = {
+        "wavelength_sd": options.wavelength_sd,
+        "pixel_size": options.pixel_size,
+        "pixel_size_sd": options.pixel_size_sd,
+        "radius": options.radius,
+        "transfer": options.transfer,
     }
-    if given.wavelength is not None and given.wavelength_sd is None:
-        known["wavelength_sd"] = given.wavelength.sd
+    if options.wavelength is not None and options.wavelength_sd is None:
+        arguments["wavelength_sd"] = options.wavelength.sd
     for name in ("plate_radius", "plate_radius_sd", "page"):
-        if getattr(given, name) is not None:
-            known[name] = getattr(given, name)
-    if given.mask is not None:
-        known["mask"] = given.mask
-    if given.contact is not None:
-        known["parts"] = {"contact": given.contact}
-    if given.scale_from is not None:
-        known |= scale_verb.from_file(given.scale_from)
-    if given.scene is None:
-        wavelength = None if given.wavelength is None else given.wavelength.within(1.0)
-        return {**known, "wavelength": wavelength, "view": given.view}
+        if getattr(options, name) is not None:
+            arguments[name] = getattr(options, name)
+    if options.mask is not None:
+        arguments["mask"] = options.mask
+    if options.contact is not None:
+        arguments["parts"] = {"contact": options.contact}
+    if options.scale_from is not None:
+        arguments |= scale_verb.from_file(options.scale_from)
+    if options.scene is None:
+        wavelength = None if options.wavelength is None else options.wavelength.within(1.0)
+        return {**arguments, "wavelength": wavelength, "view": options.view}
     from newtonjax import load_scene
 
-    scene, camera = load_scene(given.scene)
-    if given.view not in (None, scene.view):
-        raise ValueError(f"--view {given.view}: the scene in {given.scene} is seen {scene.view}; leave --view out")
-    if given.wavelength is not None:
-        known["wavelength"] = given.wavelength.within(float(scene.media[0]))
-    elif given.radius is None:
-        known["wavelength"] = float(scene.wavelength)
-    if known["pixel_size"] is None and camera is not None:
-        known["pixel_size"] = float(camera.pixel_size)
-    return {**known, "view": scene.view, "scene": scene}
+    scene, camera = load_scene(options.scene)
+    if options.view not in (None, scene.view):
+        raise ValueError(f"--view {options.view}: the scene in {options.scene} is seen {scene.view}; leave --view out")
+    if options.wavelength is not None:
+        arguments["wavelength"] = options.wavelength.within(float(scene.media[0]))
+    elif options.radius is None:
+        arguments["wavelength"] = float(scene.wavelength)
+    if arguments["pixel_size"] is None and camera is not None:
+        arguments["pixel_size"] = float(camera.pixel_size)
+    return {**arguments, "view": scene.view, "scene": scene}
 
 
 def _comparison(result, truth: float) -> str:
     if result.radius is None:
         return f"true radius: {truth:.6g} m; found: none"
-    away = abs(result.radius - truth) / result.radius_sd
+    distance = abs(result.radius - truth) / result.radius_sd
     return (
         f"true radius: {truth:.6g} m; found: {result.radius:.6g} +/- {result.radius_sd:.2g} m, "
-        f"{away:.2g} standard deviations away"
+        f"{distance:.2g} standard deviations away"
     )

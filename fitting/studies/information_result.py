@@ -56,12 +56,12 @@ class Information(AbstractResult):
         0 fixes a parameter. Raises ValueError for one that is not free, and for what is not a standard deviation.
         """
         absolute = {}
-        for name, given in sd.items():
+        for name, stated_sd in sd.items():
             value = abs(float(self.values[self.position(name)]))
-            is_relative, size = read_sd(given)
+            is_relative, size = read_sd(stated_sd)
             if not 0 <= size < np.inf:
                 raise ValueError(
-                    f'sd: {name} is {given!r}; allowed: zero or a positive number in its unit, or a text such as "0.1%"'
+                    f"sd: {name} is {stated_sd!r}; allowed: zero, a positive number in its unit, or a percentage"
                 )
             absolute[name] = size * value if is_relative else size
         return replace(self, given_sd={**self.given_sd, **absolute})
@@ -111,7 +111,7 @@ class Information(AbstractResult):
 
         Raises ValueError for a parameter that is not free.
         """
-        return {other: self.with_sd(**{other: 0.0}).sd(name) for other in self.names if other != name}
+        return {fixed: self.with_sd(**{fixed: 0.0}).sd(name) for fixed in self.names if fixed != name}
 
     @property
     def undetermined(self) -> tuple[str, ...]:

@@ -176,7 +176,7 @@ def test_refusals_of_what_has_no_information():
     found = information(bench(), CAMERA, free=("radius", "gap"))
     with pytest.raises(ValueError, match="'pixel_size' is not free"):
         found.with_sd(pixel_size=1.0)
-    with pytest.raises(ValueError, match="zero or a positive number"):
+    with pytest.raises(ValueError, match="zero, a positive number"):
         found.with_sd(gap=-1.0)
     with pytest.raises(ValueError, match="follows the beams"):
         information(nj.newton_rings(1.0, beams=["T0 T1 T2 T3"], view="transmitted", screen=1e-3), CAMERA)
