@@ -50,10 +50,11 @@ def load(path: Path, number: int) -> np.ndarray:
         if number:
             picture.seek(number)
         mode = _mode(picture)
-        turned = ImageOps.exif_transpose(picture)
-        codes = np.asarray(turned if turned.mode == mode else turned.convert(mode))
+        kind = picture.format
+        ImageOps.exif_transpose(picture, in_place=True)  # otherwise a copy, turned or not
+        codes = np.asarray(picture if picture.mode == mode else picture.convert(mode))
         # Older releases have grey PNGs of 16 bits in 32.
-        return codes.astype(np.uint16) if mode == "I" and picture.format == "PNG" else codes
+        return codes.astype(np.uint16) if mode == "I" and kind == "PNG" else codes
 
 
 def _mode(picture: Any) -> str:
