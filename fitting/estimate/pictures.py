@@ -10,38 +10,38 @@ from fitting.model import gap_phase
 from newtonjax.numerics import analysis
 
 
-def _along(found: Fitted, count: int) -> tuple[np.ndarray, np.ndarray]:
+def _along(fit: Fitted, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Chebyshev polynomials over the fit's box at every row and column; beyond it those of its edge."""
-    grid = found.reduced.grid
+    grid = fit.reduced.grid
     at = (np.clip(grid.scaled(np.arange(n, dtype=float), axis), -1, 1) for axis, n in enumerate(grid.shape))
     along_y, along_x = (chebvander(one, count - 1) for one in at)
     return along_y, along_x
 
 
-def phase(found: Fitted) -> np.ndarray:
+def phase(fit: Fitted) -> np.ndarray:
     """The rings' phase at every pixel [turns]."""
-    rows, columns = (np.arange(n, dtype=float) for n in found.reduced.grid.shape)
-    if (model := found.solution.problem.phase.exact) is not None:
-        return gap_phase.phase(model, columns[None], rows[:, None], found.numbers)
-    along_y, along_x = _along(found, len(analysis(17)))
-    return along_y @ table_of(found.solution.fields.phase) @ along_x.T
+    rows, columns = (np.arange(n, dtype=float) for n in fit.reduced.grid.shape)
+    if (model := fit.solution.problem.phase.exact) is not None:
+        return gap_phase.phase(model, columns[None], rows[:, None], fit.numbers)
+    along_y, along_x = _along(fit, len(analysis(17)))
+    return along_y @ table_of(fit.solution.fields.phase) @ along_x.T
 
 
-def fitted(found: Fitted, turns: np.ndarray) -> np.ndarray:
+def fitted(fit: Fitted, turns: np.ndarray) -> np.ndarray:
     """The model image at every pixel, for the phase there [turns]."""
-    point = found.solution.point
+    point = fit.solution.point
     contrast, (background, _) = point.contrast, image_of(point.background, point.modulus)
     modulus = contrast_at_nodes()[:, : len(contrast)] @ contrast
-    low_y, low_x = _along(found, len(background))
-    high_y, high_x = _along(found, 17)
-    smooth = low_y @ background @ low_x.T + found.reduced.offset
+    low_y, low_x = _along(fit, len(background))
+    high_y, high_x = _along(fit, 17)
+    smooth = low_y @ background @ low_x.T + fit.reduced.offset
     return smooth + (high_y @ table_of(modulus) @ high_x.T) * np.cos(2 * np.pi * turns)
 
 
-def weights(found: Fitted, mask: np.ndarray) -> np.ndarray:
+def weights(fit: Fitted, mask: np.ndarray) -> np.ndarray:
     """The weights of the pixels' blocks; 0 where the mask leaves a pixel out."""
-    grid, frame = found.reduced.grid, np.zeros(mask.shape)
-    blocks = np.repeat(np.repeat(found.left.weights, grid.block, axis=0), grid.block, axis=1)
+    grid, frame = fit.reduced.grid, np.zeros(mask.shape)
+    blocks = np.repeat(np.repeat(fit.left.weights, grid.block, axis=0), grid.block, axis=1)
     first = (grid.rows[0] * grid.block, grid.columns[0] * grid.block)
     part = frame[first[0] : first[0] + blocks.shape[0], first[1] : first[1] + blocks.shape[1]]
     part[:] = blocks[: part.shape[0], : part.shape[1]]

@@ -24,16 +24,16 @@ from fitting.photograph.result import Parameter
 
 
 def measured(
-    found: Fitted, known: Quantities, contact_phase: float, covariance: np.ndarray, rows: list[tuple[str, float]]
+    fit: Fitted, known: Quantities, contact_phase: float, covariance: np.ndarray, rows: list[tuple[str, float]]
 ) -> dict:
     """The numbers of a `FitResult`, by name; `rows`: (source, deviation of the curvature) of the image itself."""
-    model, frame = found.model, found.model.frame
-    numbers = Numbers(*found.numbers)
+    model, frame = fit.model, fit.model.frame
+    numbers = Numbers(*fit.numbers)
     offsets = (numbers.centre_x, numbers.centre_y)
     centre = tuple(float(m + c * frame.unit) for m, c in zip(frame.middle, offsets, strict=True))
     values, slope, gap, period = model.answer(known, numbers, contact_phase)
     is_scaled = known.unknown is not None
-    shown = shown_of(found.parts, numbers, frame.unit * values.get("pixel_size", 1.0), is_scaled)
+    shown = shown_of(fit.parts, numbers, frame.unit * values.get("pixel_size", 1.0), is_scaled)
     relative_sd = {name: sd / known.given[name] for name, sd in known.sd.items()}
     units = {"curvature": slope, "centre_x": frame.unit, "centre_y": frame.unit, "phase": period}
     units |= {name: float(number.slope) for name, number in shown.items()}
@@ -48,11 +48,11 @@ def measured(
         "fringe_scale_sd": relative * abs(EXPONENTS.get(known.unknown or "", 1)) * scale,
         "centre_px": centre,
     }
-    free = free_numbers(found.fixed, found.parts)
+    free = free_numbers(fit.fixed, fit.parts)
     names = result_names(known.unknown) | {name: number.name for name, number in shown.items()}
     in_units = dict(zip(("centre_x", "centre_y"), centre, strict=True))
     in_units |= {name: float(number.value) for name, number in shown.items()}
-    gap = found.fixed.get("gap", gap)
+    gap = fit.fixed.get("gap", gap)
     moving = tuple(name for name in free if is_scaled or name != "phase")
     parameters = {
         names[name]: _parameter(in_units[name], getattr(sds, name), name not in free)
@@ -65,13 +65,13 @@ def measured(
         "parameters": parameters,
     }
     if known.unknown is None or gap is None:
-        common |= _on_the_mean(found, common, spread, units, moving)
+        common |= _on_the_mean(fit, common, spread, units, moving)
         missing = " and ".join(name for name in EXPONENTS if name not in known.given)
         return common | {
             "status": "no-scale",
             "message": f"{missing} are not given; only one unknown can be measured, so the result is the fringe scale",
         }
-    effects = {n: _effect(found, known, n) * values[known.unknown] / values[n] for n, sd in known.sd.items() if sd}
+    effects = {n: _effect(fit, known, n) * values[known.unknown] / values[n] for n, sd in known.sd.items() if sd}
     budget = rows + [(name, abs(effects[name]) * sd) for name, sd in known.sd.items() if sd]
     if known.plate is not None:
         if reason := lensless(known.plate[0], values["radius"], 0.0):
@@ -127,14 +127,14 @@ def _on_plate(known: Quantities, values: dict[str, float], budget: list) -> tupl
 
 
 def _on_the_mean(
-    found: Fitted, common: dict, spread: np.ndarray, units: dict[str, float], moving: tuple[str, ...]
+    fit: Fitted, common: dict, spread: np.ndarray, units: dict[str, float], moving: tuple[str, ...]
 ) -> dict:
     """Fringe scale, its deviation and the covariance, where the scale is that of the mean of the field."""
-    numbers, scale = found.numbers, common["fringe_scale_per_px2"]
-    mean, step, first = mean_scale(found, numbers), 1e-5, NUMBERS.index("curvature")
+    numbers, scale = fit.numbers, common["fringe_scale_per_px2"]
+    mean, step, first = mean_scale(fit, numbers), 1e-5, NUMBERS.index("curvature")
     slope = np.array(
         [
-            (mean_scale(found, numbers + e) - mean_scale(found, numbers - e)) / (2 * step)
+            (mean_scale(fit, numbers + e) - mean_scale(fit, numbers - e)) / (2 * step)
             for e in step * np.eye(len(numbers))
         ]
     )
@@ -151,12 +151,12 @@ def _on_the_mean(
     }
 
 
-def mean_scale(found: Fitted, numbers: np.ndarray) -> float:
+def mean_scale(fit: Fitted, numbers: np.ndarray) -> float:
     """What a distortion makes of the scale on the mean of the field: slope of the object's r² over the image's."""
-    frame = found.model.frame
-    rows, columns = np.nonzero(found.left.weights[thin(found.left.weights > 0, 20_000)] > 0)
-    step = thin(found.left.weights > 0, 20_000)[0].step
-    x, y = found.reduced.grid.x[columns * step], found.reduced.grid.y[rows * step]
+    frame = fit.model.frame
+    rows, columns = np.nonzero(fit.left.weights[thin(fit.left.weights > 0, 20_000)] > 0)
+    step = thin(fit.left.weights > 0, 20_000)[0].step
+    x, y = fit.reduced.grid.x[columns * step], fit.reduced.grid.y[rows * step]
     at, unit, middle = Numbers(*numbers), frame.unit, frame.middle
     dx, dy = x - at.centre_x * unit - middle[0], y - at.centre_y * unit - middle[1]
     in_image = dx**2 + dy**2
@@ -168,20 +168,20 @@ def _parameter(value: float, sd: float, held: bool) -> Parameter:
     return Parameter(value, None if held else float(sd), held)
 
 
-def _effect(found: Fitted, known: Quantities, name: str) -> float:
+def _effect(fit: Fitted, known: Quantities, name: str) -> float:
     """Relative change of the measured quantity per relative change of a given one, at the optimum.
 
     -(JᵀJ)⁻¹ Jᵀ ∂r/∂p, the implicit function theorem for Gauss and Newton's normal equations, gives the change of the
     curvature; the phase's and the contrast's changes are central differences of 1e-5, small against a turn and
     large against rounding.
     """
-    model, numbers = found.model, Numbers(*found.numbers)
+    model, numbers = fit.model, Numbers(*fit.numbers)
     first = float(numbers.curvature)
 
     def fields(factor):
         quantities, held = replace(known, given={**known.given, name: known.given[name] * factor}), 0.0
-        if model.holds_turns and "gap" in found.fixed:
-            held = held_turns(found.fixed, quantities) - held_turns(found.fixed, known)
+        if model.holds_turns and "gap" in fit.fixed:
+            held = held_turns(fit.fixed, quantities) - held_turns(fit.fixed, known)
         at = fringes_of(model.changed(quantities, numbers, name, factor)).fields(
             np.array(numbers._replace(phase=numbers.phase + held))
         )
@@ -190,5 +190,5 @@ def _effect(found: Fitted, known: Quantities, name: str) -> float:
     step = 1e-5
     (phase, contrast), (phase_below, contrast_below) = fields(1 + step), fields(1 - step)
     bend, fade = (phase - phase_below) / (2 * step), (contrast - contrast_below) / (contrast + contrast_below) / step
-    crossed = bends(found.solution, bend[:, None], fade[:, None])[0][:, 0]
-    return model.effect(known, first, float(Numbers(*found.matrix.shift(crossed)).curvature), name)
+    crossed = bends(fit.solution, bend[:, None], fade[:, None])[0][:, 0]
+    return model.effect(known, first, float(Numbers(*fit.matrix.shift(crossed)).curvature), name)

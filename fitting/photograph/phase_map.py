@@ -13,12 +13,12 @@ from fitting.photo import block_means
 _ASTRAY, _MANY, _BLOCKS = 0.1, 20.0, 40
 
 
-def followed(found: Fitted, parts: tuple[str, ...]) -> np.ndarray | None:
+def followed(fit: Fitted, parts: tuple[str, ...]) -> np.ndarray | None:
     """Numbers to start a fit with parts from where the fit leaves whole fringes astray: the phase map's, else None."""
-    numbers, model = found.numbers, found.solution.problem.phase.exact
-    if model is None or found.orders < _MANY:
+    numbers, model = fit.numbers, fit.solution.problem.phase.exact
+    if model is None or fit.orders < _MANY:
         return None
-    x, y, away, strength = phase_map(found)
+    x, y, away, strength = phase_map(fit)
     if not np.any(strength) or np.sqrt(np.average(away**2, weights=strength)) < _ASTRAY:
         return None
     names = ("curvature", "centre_x", "centre_y", "phase", *numbers_of(parts))
@@ -31,18 +31,18 @@ def followed(found: Fitted, parts: tuple[str, ...]) -> np.ndarray | None:
     return trial if np.isfinite(trial).all() else None
 
 
-def phase_map(found: Fitted) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def phase_map(fit: Fitted) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """By how much the fringes are ahead of the fit, place by place: x, y [px], turns, and strength.
 
     The image is demodulated by the fit's phase, averaged over some forty places to a side, and its argument unwrapped.
     """
     from skimage.restoration import unwrap_phase
 
-    reduced = found.reduced
+    reduced = fit.reduced
     factor = max(2, min(reduced.light.shape) // _BLOCKS)
     used = reduced.used
     background = block_means(reduced.light, factor)
-    turns = np.exp(-2j * np.pi * found.phase) * used
+    turns = np.exp(-2j * np.pi * fit.phase) * used
     total, share = block_means(reduced.light * turns, factor), block_means(turns, factor)
     covered = block_means(used.astype(float), factor)
     phasors = total - share * background / np.maximum(covered, 1e-3)

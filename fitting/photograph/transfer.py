@@ -14,23 +14,23 @@ _SMALL, _SIGNIFICANT = 0.02, 6.0
 _EXPONENTS = np.exp(np.linspace(np.log(0.3), np.log(3.5), 13))
 
 
-def linearized(photograph: Photograph, found: Fitted) -> Photograph | None:
+def linearized(photograph: Photograph, fit: Fitted) -> Photograph | None:
     """The photograph with its codes raised to the exponent that makes the fringes sinusoidal; None for no need of it.
 
     At the fit's phase, fringes of two beams are a background and one cosine; a power law of the camera adds harmonics.
     The exponent is the one that leaves the least share of the variance over. Where that is the first or the last that
     is tried, the harmonics are no power law's: then the codes stay as they are, and the photograph's warnings say so.
     """
-    model = found.solution.problem.phase.exact
-    if model is None or not _is_bent(found):
+    model = fit.solution.problem.phase.exact
+    if model is None or not _is_bent(fit):
         return None
     sample = thin(photograph.mask, _PIXELS)
     step = sample[0].step
     rows, columns = (at * step for at in np.nonzero(photograph.mask[sample]))
-    weights = _weights_at(found, rows, columns)
+    weights = _weights_at(fit, rows, columns)
     rows, columns = rows[weights > 0], columns[weights > 0]
     light = photograph.codes.light((slice(None, None, step), slice(None, None, step)))[rows // step, columns // step]
-    turns = gap_phase.phase(model, columns.astype(float), rows.astype(float), found.numbers)
+    turns = gap_phase.phase(model, columns.astype(float), rows.astype(float), fit.numbers)
     basis = np.linalg.qr(_design(photograph.mask.shape, rows, columns, turns))[0]
 
     def left(exponent: float) -> float:
@@ -55,20 +55,20 @@ def linearized(photograph: Photograph, found: Fitted) -> Photograph | None:
     return photograph.raised(exponent, f"{photograph.transfer}, then exponent {exponent:.3g} (fitted)")
 
 
-def _weights_at(found: Fitted, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+def _weights_at(fit: Fitted, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
     """The weights of the blocks in which pixels lie; 0 outside of the grid."""
-    grid, weights = found.reduced.grid, found.left.weights
+    grid, weights = fit.reduced.grid, fit.left.weights
     at = [place // grid.block - first for place, (first, _) in ((rows, grid.rows), (columns, grid.columns))]
     inside = np.all([(k >= 0) & (k < n) for k, n in zip(at, weights.shape, strict=True)], axis=0)
     return np.where(inside, weights[tuple(np.where(inside, k, 0) for k in at)], 0.0)
 
 
-def _is_bent(found: Fitted) -> bool:
+def _is_bent(fit: Fitted) -> bool:
     """Whether the residual holds a second harmonic in phase with the fringes, beyond its noise."""
-    left, grid = found.left, found.reduced.grid
+    left, grid = fit.left, fit.reduced.grid
     used = left.weights > 0
-    turns, residual = 4 * np.pi * found.phase[used], left.value[used].astype(float)
-    swing = float(np.abs(found.solution.point.modulus).mean())
+    turns, residual = 4 * np.pi * fit.phase[used], left.value[used].astype(float)
+    swing = float(np.abs(fit.solution.point.modulus).mean())
     wave = np.cos(turns)
     wave -= wave.mean()
     amplitude = float(residual @ wave / (wave @ wave))

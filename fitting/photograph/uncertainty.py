@@ -20,7 +20,7 @@ _FADING = 0.003
 
 
 def image_rows(
-    found: Fitted,
+    fit: Fitted,
     variance: float,
     rivals: tuple[tuple[str, Fitted], ...],
     wavelength: float | None,
@@ -30,9 +30,9 @@ def image_rows(
     Noise with the parts' numbers held; then what each part's own numbers add; what these leave out; rival models
     that the image does not rule out; sodium's second line; and what halves of the field differ by beyond their noise.
     """
-    numbers, present = Numbers(*found.numbers), found.parts
+    numbers, present = Numbers(*fit.numbers), fit.parts
     laws = [part.law(numbers, present) for part in LEAVING_OUT if part.name in present]
-    matrix, held = found.matrix, [part for part in found.parts if PARTS[part].parameters]
+    matrix, held = fit.matrix, [part for part in fit.parts if PARTS[part].parameters]
     covariance = matrix.covariance(variance)
     before = matrix.holding(numbers_of(held)).deviation("curvature", variance)
     rows = [("noise", before)]
@@ -47,48 +47,48 @@ def image_rows(
     curvature = float(numbers.curvature)
     rows += [(name, abs(float(Numbers(*rival.numbers).curvature) - curvature)) for name, rival in rivals]
     if wavelength is not None and abs(wavelength - _SODIUM) < 0.6 * _LINES:
-        row = _doublet(found)
+        row = _doublet(fit)
         rows += [("sodium's two lines", row)] if row > 0 else []
-    if (apart := halves_apart(found, variance)) > 0:
+    if (apart := halves_apart(fit, variance)) > 0:
         rows.append(("model, by halves of the field", apart))
     return covariance, rows
 
 
-def _doublet(found: Fitted) -> float:
+def _doublet(fit: Fitted) -> float:
     """Change of the first number if the light is sodium's doublet, 2 : 1, as far as the fringes fade as its do.
 
     The mean fringe of both lines is a cosine whose phase bends off the mean line's as the third power of the order,
     and whose visibility falls as the second: the share of that fall which is seen is the share of the change that
     counts.
     """
-    order = found.solution.fields.phase - float(Numbers(*found.numbers).phase)
+    order = fit.solution.fields.phase - float(Numbers(*fit.numbers).phase)
     apart = 2 * np.pi * order * _LINES / _SODIUM
     both = (2 * np.exp(1j * apart / 3) + np.exp(-2j * apart / 3)) / 3
-    share = _faded(found, np.abs(both))
+    share = _faded(fit, np.abs(both))
     if share == 0:
         return 0.0
     bend = np.angle(both) / (2 * np.pi)
-    crossed = bends(found.solution, bend[:, None])[0][:, 0]
-    return share * abs(float(Numbers(*found.matrix.shift(crossed)).curvature))
+    crossed = bends(fit.solution, bend[:, None])[0][:, 0]
+    return share * abs(float(Numbers(*fit.matrix.shift(crossed)).curvature))
 
 
-def _faded(found: Fitted, wanted: np.ndarray) -> float:
+def _faded(fit: Fitted, wanted: np.ndarray) -> float:
     """How much of a visibility's fall, given at the nodes, the fringes show: 0 to 1."""
-    grid, (x, y) = found.reduced.grid, found.reduced.grid.nodes
+    grid, (x, y) = fit.reduced.grid, fit.reduced.grid.nodes
     rows, columns = (np.abs(at[:, None] - blocks).argmin(axis=1) for at, blocks in ((y, grid.y), (x, grid.x)))
-    used = found.left.weights[rows, columns] > 0
+    used = fit.left.weights[rows, columns] > 0
     low = degrees(BACKGROUND)
     along_y, along_x = (chebvander(grid.scaled(at, axis), BACKGROUND) for axis, at in enumerate((y, x)))
-    smooth = (along_y[:, low[:, 0]] * along_x[:, low[:, 1]]) @ found.solution.point.background + found.reduced.offset
+    smooth = (along_y[:, low[:, 0]] * along_x[:, low[:, 1]]) @ fit.solution.point.background + fit.reduced.offset
     used &= smooth > 0.2 * np.max(smooth)
     if used.sum() < 10 or np.ptp(wanted[used]) < _FADING:
         return 0.0
-    seen = np.abs(found.solution.point.modulus)[used] / smooth[used]
+    seen = np.abs(fit.solution.point.modulus)[used] / smooth[used]
     fall = wanted[used] - wanted[used].mean()
     return float(np.clip((fall @ seen) / (fall @ fall) / seen.max(), 0.0, 1.0))
 
 
-def halves_apart(found: Fitted, variance: float) -> float:
+def halves_apart(fit: Fitted, variance: float) -> float:
     """How far the first number is from that of the better half of the field, beyond what noise explains; 0 for nothing.
 
     The field is halved at its middle order, column and row. In each half one step of Gauss and Newton's method from
@@ -96,36 +96,36 @@ def halves_apart(found: Fitted, variance: float) -> float:
     difference has the sum of both variances (Hausman's test, 1978); the whole field's number lies between the halves'
     as their variances say. The largest of the three ways to halve counts.
     """
-    moving = found.solution.problem.moving & ~np.isin(NUMBERS, numbers_of(found.parts))
+    moving = fit.solution.problem.moving & ~np.isin(NUMBERS, numbers_of(fit.parts))
     worst = 0.0
-    for first, second in _halvings(found):
-        one, other = _step(found, first, moving), _step(found, second, moving)
+    for first, second in _halvings(fit):
+        one, other = _step(fit, first, moving), _step(fit, second, moving)
         if one is None or other is None:
             continue
         apart, noise = (one[0] - other[0]) ** 2, (one[1] + other[1]) * variance
-        if apart > max(_APART**2 * noise, (_ROUNDING * Numbers(*found.numbers).curvature) ** 2):
+        if apart > max(_APART**2 * noise, (_ROUNDING * Numbers(*fit.numbers).curvature) ** 2):
             worst = max(worst, np.sqrt(apart - noise) * min(one[1], other[1]) / (one[1] + other[1]))
     return float(worst)
 
 
-def _halvings(found: Fitted) -> list[tuple[Normal, Normal]]:
+def _halvings(fit: Fitted) -> list[tuple[Normal, Normal]]:
     """Moments of the field's two halves by order, column and row."""
-    grid, used, weights = found.reduced.grid, found.reduced.used, found.left.weights
-    tables = [found.phase, np.broadcast_to(grid.x, used.shape), np.broadcast_to(grid.y[:, None], used.shape)]
-    phase, at = found.solution.fields.phase, found.solution.problem.phase.edges(found.numbers)
-    whole = sums(replace(found.reduced, weights=weights), phase, at)
+    grid, used, weights = fit.reduced.grid, fit.reduced.used, fit.left.weights
+    tables = [fit.phase, np.broadcast_to(grid.x, used.shape), np.broadcast_to(grid.y[:, None], used.shape)]
+    phase, at = fit.solution.fields.phase, fit.solution.problem.phase.edges(fit.numbers)
+    whole = sums(replace(fit.reduced, weights=weights), phase, at)
     halves = []
     for table in tables:
         inside = np.where(table <= np.median(table[used]), weights, np.float32(0))
-        first = sums(replace(found.reduced, weights=inside), phase, at)
+        first = sums(replace(fit.reduced, weights=inside), phase, at)
         second = whole._replace(table=whole.table - first.table, square=whole.square - first.square)
         halves.append((normal_equations(first), normal_equations(second)))
     return halves
 
 
-def _step(found: Fitted, normal: Normal, moving: np.ndarray) -> tuple[float, float] | None:
+def _step(fit: Fitted, normal: Normal, moving: np.ndarray) -> tuple[float, float] | None:
     """The first number's step in part of the field, and its variance per unit of the noise's; None without either."""
-    problem, fields = found.solution.problem, found.solution.fields
+    problem, fields = fit.solution.problem, fit.solution.fields
     point = evaluate(eliminate(normal, problem.degrees[0]), fields, problem.degrees[1])
     matrix = point.matrix[np.ix_(moving, moving)]
     size = np.sqrt(np.maximum(np.diag(matrix), 0.0))

@@ -128,7 +128,7 @@ def test_no_package_asserts_where_it_should_refuse(name):
 
 # Still to be brought down, so these may only fall. Functions with names that say how a value came about, parameters
 # too, in percent (wanted: 8 in both); lines that address a number of the fit by its place (wanted: none).
-VAGUE = {"newtonjax": 0.2, "fitting": 8.2}
+VAGUE = {"newtonjax": 0.2, "fitting": 7.5}
 POSITIONS = 0
 
 
