@@ -11,6 +11,8 @@ from fitting.parameters.bench import still as still
 from fitting.parameters.deviations import Deviations as Deviations
 from fitting.parameters.deviations import check_not_free as check_not_free
 from fitting.parameters.deviations import relative_or_absolute_sd as relative_or_absolute_sd
+from fitting.parameters.digits import rounded as rounded
+from fitting.parameters.digits import with_sd as with_sd
 from fitting.parameters.free import free_names as free_names
 from fitting.parameters.free import target_first as target_first
 from fitting.parameters.fringe_scale import EXPONENTS as EXPONENTS

@@ -8,7 +8,7 @@ import numpy as np
 
 from fitting.estimate import Fitted
 from fitting.model import ADVICE
-from fitting.parameters import TABLE, AbstractResult, Origin, Quantities, interval, origin_from
+from fitting.parameters import TABLE, AbstractResult, Origin, Quantities, interval, origin_from, rounded, with_sd
 from fitting.photograph.picture import Picture
 
 # What makes a row of the budget smaller that is no given quantity's.
@@ -106,10 +106,16 @@ class FitResult(AbstractResult):
         figure.draw_photograph(self.picture, self.centre_px, ax)
         return ax.figure
 
-    def _title(self) -> str:
+    def headline(self) -> str:
+        """The answer in one line, or why there is none."""
         answer = self.parameters.get(self.measured)
         if self.status == "ok" and answer is not None and answer.sd is not None:
-            return f"{self.measured} = {answer.value:.6g} ± {answer.sd:.2g}{TABLE[self.measured].in_unit}"
+            return f"{self.measured} = {with_sd(answer.value, answer.sd, TABLE[self.measured].unit)}"
+        return f"{self.status}: {self.message}" if self.message else self.status
+
+    def _title(self) -> str:
+        if self.status == "ok":
+            return self.headline()
         scale = self.fringe_scale_per_px2
         return f"{self.status}" + (f", fringe scale {scale:.6g} per px²" if scale else "")
 
@@ -187,31 +193,31 @@ class FitResult(AbstractResult):
     def report(self) -> str:
         """The result as text: the answer, its budget, the parameters, and what was modelled."""
         lines = [f"[[Result]]  {self.status}" + (f": {self.message}" if self.message else "")]
-        answer = self.parameters.get(self.measured)
+        answer, unit = self.parameters.get(self.measured), TABLE[self.measured].unit
         if self.status == "ok" and answer and answer.sd is not None:
             low, high = self.radius_interval or interval(answer.value, answer.sd)
-            unit = TABLE[self.measured].in_unit
+            low, high = rounded(low, answer.sd), rounded(high, answer.sd)
             lines += [
-                f"    {self.measured} = {answer.value:.8g} +/- {answer.sd:.2g}{unit} "
-                f"({answer.sd / answer.value:.2g} relative; 95 %: {low:.8g} to {high:.8g})"
+                f"    {self.measured} = {with_sd(answer.value, answer.sd, unit)} "
+                f"({answer.sd / answer.value:.2g} relative; 95 %: {low} to {high})"
             ]
         if self.fringe_scale_per_px2 is not None:
-            sd = f" +/- {self.fringe_scale_sd:.2g}" if self.fringe_scale_sd is not None else ""
-            lines += [f"    fringe scale n s²/(R λ) = {self.fringe_scale_per_px2:.8g}{sd} per px²"]
+            scale = with_sd(self.fringe_scale_per_px2, self.fringe_scale_sd, "per px²")
+            lines += [f"    fringe scale n s²/(R λ) = {scale}"]
         if self.explained_variance is not None:
             lines += [f"    fringes explain {self.explained_variance:.1%} of the variance"]
         if self.budget:
-            lines += ["[[Budget]]  standard deviations of " + self.measured]
+            lines += [f"[[Budget]]  standard deviations of {self.measured}" + (f" [{unit}]" if unit else "")]
             width = max(len(source) for source, _ in self.budget)
-            lines += [f"    {source:<{width}} {sd:.3g}" for source, sd in self.budget]
+            lines += [f"    {source:<{width}} {sd:.2g}" for source, sd in self.budget]
             lines += [f"    {self.dominant()}"] if self.dominant() else []
         if self.parameters:
             lines += ["[[Parameters]]"]
             width = max(len(name) for name in self.parameters)
             for name, parameter in self.parameters.items():
-                sd = "(given)" if parameter.fixed else f"+/- {parameter.sd:.2g}" if parameter.sd is not None else ""
-                sd = f"+/- {parameter.sd:.2g} (given)" if parameter.fixed and parameter.sd else sd
-                lines += [f"    {name:<{width}} {parameter.value:.8g} {sd}"]
+                unit, exact = TABLE[name].unit if name in TABLE else "", not parameter.sd
+                text = f"{parameter.value:.10g} {unit}" if exact else with_sd(parameter.value, parameter.sd, unit)
+                lines += [f"    {name:<{width}} {text.rstrip()}" + (" (given)" if parameter.fixed else "")]
         if self.model:
             lines += ["[[Model]]"] + [f"    {part:<12} {why}" for part, why in self.model.items()]
         if self.warnings:

@@ -21,13 +21,8 @@ pre{background:#f4f4f4;padding:.8em;overflow-x:auto}
 def page(result, photo: Path, command: str, pictures: Mapping[str, bytes], chain=None) -> str:
     """The page; `command` is what was run, `pictures` PNG files by their titles."""
     answer = result.parameters.get(result.measured)
-    unit = "" if result.measured == "gap_index" else " m"
-    if result.status == "ok" and answer is not None and answer.sd is not None:
-        head = f"{result.measured} = {answer.value:.7g} ± {answer.sd:.2g}{unit}"
-    else:
-        head = f"{result.status}: {result.message}"
     parts = [
-        f"<p class=answer>{html.escape(head)}</p>",
+        f"<p class=answer>{html.escape(result.headline())}</p>",
         *(f"<p class=warning>{html.escape(text)}</p>" for text in result.warnings),
         _budget(result, answer),
         _table("The model", [(part, html.escape(why)) for part, why in result.model.items()]),
@@ -48,10 +43,10 @@ def _budget(result, answer) -> str:
     if not result.budget or answer is None or not answer.sd:
         return ""
     rows = [
-        (source, f"{sd:.3g}", f"{(sd / answer.sd) ** 2:.1%}")
+        (source, f"{sd:.2g}", f"{(sd / answer.sd) ** 2:.1%}")
         for source, sd in sorted(result.budget, key=lambda row: -row[1])
     ]
-    rows.append(("total", f"{answer.sd:.3g}", "100 %"))
+    rows.append(("total", f"{answer.sd:.2g}", "100 %"))
     table = _table(f"Budget of {result.measured}", rows, ("source", "standard deviation", "share of the variance"))
     return table + f"<p>{html.escape(result.dominant())}</p>"
 

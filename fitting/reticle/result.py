@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.parameters import AbstractResult, Origin, origin_from
+from fitting.parameters import AbstractResult, Origin, origin_from, rounded, with_sd
 from fitting.photo import Photograph
 from fitting.reticle.grid import Grid
 
@@ -88,7 +88,7 @@ class Scale(AbstractResult):
 
         if self.photograph is None or self.grid is None:
             raise ValueError(f"there are no lines to draw ({self.status}); a loaded result has no photograph")
-        title = f"pixel size {self.pixel_size:.6g} ± {self.pixel_size_sd:.2g} m, the lines as measured"
+        title = f"pixel size {with_sd(self.pixel_size or 0.0, self.pixel_size_sd, 'm')}, the lines as measured"
         if ax is None:
             return figure.of_grid(self.photograph, self.grid, title)
         figure.draw_lines(self.photograph, self.grid, title, ax)
@@ -98,18 +98,16 @@ class Scale(AbstractResult):
         """The scale as text."""
         lines = [f"[[Scale]]  {self.status}" + (f": {self.message}" if self.message else "")]
         if self.pixel_size is not None and self.lines is not None:
+            sizes = self.pixel_size_x or 0.0, self.pixel_size_y or 0.0
+            along = ", ".join(rounded(size, self.pixel_size_sd) for size in sizes)
             lines += [
-                f"    pixel size   {self.pixel_size:.6g} +/- {self.pixel_size_sd:.2g} m on the object",
-                f"    along x, y   {self.pixel_size_x:.6g}, {self.pixel_size_y:.6g} m",
+                f"    pixel size   {with_sd(self.pixel_size, self.pixel_size_sd, 'm')} on the object",
+                f"    along x, y   {along} m",
                 f"    grid         turned by {np.degrees(self.angle or 0.0):.3g}°, "
                 f"{np.degrees(self.skew or 0.0):.2g}° off a right angle",
-                f"    distortion   {self.distortion:.2g}{_deviation(self.distortion_sd)} at the corners",
+                f"    distortion   {with_sd(self.distortion or 0.0, self.distortion_sd)} at the corners",
                 f"    lines        {self.lines[0]:.0f} and {self.lines[1]:.0f} divisions of {self.division:.4g} m",
             ]
         if self.warnings:
             lines += ["[[Warnings]]"] + [f"    {text}" for text in self.warnings]
         return "\n".join(lines)
-
-
-def _deviation(sd: float | None) -> str:
-    return "" if sd is None else f" +/- {sd:.1g}"

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fitting.estimate import Fitted
-from fitting.parameters import AbstractResult, Origin, Quantities, origin_from
+from fitting.parameters import AbstractResult, Origin, Quantities, origin_from, rounded, with_sd
 from fitting.sampling.density import NEAR, Posterior, draws, excursions, in_blocks
 
 # A chain shorter than this many autocorrelation times tells no quantile (emcee's documentation; Sokal 1997).
@@ -121,10 +121,11 @@ class Chain(AbstractResult):
             f"draws, acceptance {self.acceptance:.2f}" + (f"; {self.message}" if self.message else "")
         ]
         for k, name in enumerate(self.names):
-            sample = self.of(name)
+            mean, sd = float(self.of(name).mean()), float(self.of(name).std())
+            low, high = (rounded(end, sd) for end in self.interval(name))
             lines += [
-                f"    {name:<14} {sample.mean():.8g} +/- {sample.std():.2g}"
-                + ("" if self.message else " (95 %: {:.8g} to {:.8g})".format(*self.interval(name)))
+                f"    {name:<14} {with_sd(mean, sd)}"
+                + ("" if self.message else f" (95 %: {low} to {high})")
                 + f", autocorrelation {self.autocorrelation_time[k]:.0f} steps, R-hat {self.split_rhat[k]:.3f}"
             ]
         return "\n".join(lines)

@@ -4,13 +4,15 @@ import corner
 import numpy as np
 from matplotlib.figure import Figure
 
+from fitting.parameters import with_sd
+
 
 def corner_figure(names: tuple[str, ...], values: np.ndarray) -> Figure:
     """Histograms of all numbers and of all pairs, with median and 68 %; values [steps, walkers, names]."""
     table = values.reshape(-1, len(names))
     middle, spread = table.mean(axis=0), table.std(axis=0)
     # About their means and in their deviations: the digits that numbers share would fill the axes.
-    labels = [f"{name}\n{m:.6g} ± {s:.1e}" for name, m, s in zip(names, middle, spread, strict=True)]
+    labels = [f"{name}\n{with_sd(m, s)}" for name, m, s in zip(names, middle, spread, strict=True)]
     figure = Figure(figsize=(1.9 * len(names) + 1, 1.9 * len(names) + 1))
     scaled = (table - middle) / np.where(spread > 0, spread, 1.0)
     corner.corner(scaled, labels=labels, quantiles=[0.16, 0.5, 0.84], fig=figure, label_kwargs={"fontsize": 8})

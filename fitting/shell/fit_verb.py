@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import fitting
+from fitting.parameters import with_sd
 from fitting.shell import scale_verb, session, stopping
 from fitting.shell.answer import Extras, Outputs, as_png
 from fitting.shell.lamps import Wavelength
@@ -157,6 +158,6 @@ def _comparison(result, truth: float) -> str:
         return f"true radius: {truth:.6g} m; found: none"
     distance = abs(result.radius - truth) / result.radius_sd
     return (
-        f"true radius: {truth:.6g} m; found: {result.radius:.6g} +/- {result.radius_sd:.2g} m, "
+        f"true radius: {truth:.6g} m; found: {with_sd(result.radius, result.radius_sd, 'm')}, "
         f"{distance:.2g} standard deviations away"
     )

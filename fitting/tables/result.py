@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from fitting.parameters import AbstractResult, Origin, origin_from
+from fitting.parameters import AbstractResult, Origin, origin_from, rounded, with_sd
 from fitting.tables.ring import Ring
 
 
@@ -127,8 +127,7 @@ class RingsResult(AbstractResult):
             figure.draw_line(self.rings, self.unit, ax)
             return ax.figure
         value, value_sd, _ = self._answer()
-        sd = "" if value_sd is None else f" ± {value_sd:.2g}"
-        title = "" if value is None else f"{self.measured} {value:.6g}{sd} m"
+        title = "" if value is None else f"{self.measured} {with_sd(value, value_sd, 'm')}"
         return figure.of_rings(self.rings, self.unit, title)
 
     def _answer(self) -> tuple[float | None, float | None, tuple[float, float] | None]:
@@ -142,16 +141,14 @@ class RingsResult(AbstractResult):
         lines = [f"[[Result]]  {self.status}" + (f": {self.message}" if self.message else "")]
         value, value_sd, interval = self._answer()
         if value is not None:
-            sd = "" if value_sd is None else f" +/- {value_sd:.2g}"
-            lines += [f"    {self.measured} = {value:.6g}{sd} m"]
+            lines += [f"    {self.measured} = {with_sd(value, value_sd, 'm')}"]
         if interval is not None:
-            lines += [f"    95 %: {interval[0]:.6g} to {interval[1]:.6g} m"]
+            low, high = (rounded(end, value_sd) for end in interval)
+            lines += [f"    95 %: {low} to {high} m"]
         if self.slope is not None:
-            sd = "" if self.slope_sd is None else f" +/- {self.slope_sd:.2g}"
-            lines += [f"    slope of r² against order = {self.slope:.6g}{sd} {self.unit}²"]
+            lines += [f"    slope of r² against order = {with_sd(self.slope, self.slope_sd, self.unit + '²')}"]
         if self.order_offset is not None:
-            sd = "" if self.order_offset_sd is None else f" +/- {self.order_offset_sd:.2g}"
-            lines += [f"    offset from contact = {self.order_offset:.3g}{sd} orders"]
+            lines += [f"    offset from contact = {with_sd(self.order_offset, self.order_offset_sd, 'orders')}"]
         if self.budget:
             lines += [f"[[Budget]]  standard deviations of the {self.measured} [m]"]
             lines += [f"    {source:<12} {sd:.3g}" for source, sd in self.budget]

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Callable
 
+from fitting.parameters import with_sd
 from fitting.tables.breaks import Break
 from fitting.tables.line import Line
 from fitting.tables.mixture import single_sizes
@@ -52,7 +53,7 @@ def undetermined(measured: str, value: float, sd: float, highest: float, suspect
     """Why the readings give no value."""
     reason = "".join(f"; {text}" for text in suspects)
     return (
-        f"the readings do not determine the {measured}: {value:.3g} +/- {sd:.2g} m, and the 95 % interval reaches "
+        f"the readings do not determine the {measured}: {with_sd(value, sd, 'm')}, and the 95 % interval reaches "
         f"zero; it is below {highest:.3g} m{reason}; read more rings, or state the readings' sd"
     )
 
