@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar, cast
 
 import numpy as np
 
-from fitting.report import output
+from fitting.files import output
 
 # What two results may differ in and still say the same.
 _OF_THE_RUN = ("seconds", "origin")

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from fitting.report import output
+from fitting.files import output
 
 _EXIT = {"ok": 0, "no-scale": 0, "refused": 3, "not-converged": 4}
 _NAMES = {"picture": "result.png", "report": "report.txt", "json": "result.json"}

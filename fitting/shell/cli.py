@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from fitting.report import output
+from fitting.files import output
 from fitting.shell import quantities, stopping
 from fitting.shell.bench_options import with_bench_options
 from fitting.shell.options import (

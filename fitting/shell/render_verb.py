@@ -9,7 +9,7 @@ import jax
 import numpy as np
 
 import newtonjax as nj
-from fitting.report import output, png, tiff
+from fitting.files import output, png, tiff
 from fitting.shell import session
 from fitting.shell.bench_options import SCENES, arguments_of_scene, option_name
 from fitting.shell.progress import progress

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from fitting.files import output
 from fitting.parameters import knobs, target_first
-from fitting.report import output
 from fitting.shell import assignments, session
 from fitting.shell.answer import as_png, with_file
 from fitting.shell.progress import progress

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.io import netcdf_file
 
-from fitting.report import output
+from fitting.files import output
 
 _ROW = "draw"
 

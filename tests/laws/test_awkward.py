@@ -15,9 +15,9 @@ from scipy import ndimage
 
 import fitting
 import newtonjax as nj
+from fitting.files import output
 from fitting.finding import find_rings
 from fitting.photo import read
-from fitting.report import output
 from fitting.shell import quantities
 from newtonjax.fields import fields_at
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from fitting.report import output
+from fitting.files import output
 
 SAMPLE = Path(__file__).resolve().parents[2] / "fitting/data/sample.png"
 # Long enough for the busiest machine; none of these tests is a measurement of time.
@@ -18,7 +18,7 @@ PATIENCE = 120.0
 WRITER = """
 import sys, time
 from pathlib import Path
-from fitting.report import output
+from fitting.files import output
 from fitting.shell import stopping
 folder = Path(sys.argv[1])
 with stopping.watched():
