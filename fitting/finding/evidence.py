@@ -128,12 +128,13 @@ def evidence_of(photograph: Photograph, rings: Rings, view: View | None = None) 
     orders = orders_of(photograph, rings)
     bend = rings.scale * float(((x - x.mean()) ** 2 + (y - y.mean()) ** 2).max()) if len(x) else 0.0
     view = resolving_view(photograph, rings, view)
-    tiles = Tiles.of(view, rings, np.clip(4 * orders**2, _FEWEST_TILES, _MOST_TILES))
+    tiles = Tiles.of(view, view.shown(rings), np.clip(4 * orders**2, _FEWEST_TILES, _MOST_TILES))
     second, third = 0.0, 0.0
     # Crests that are cut off leave harmonics undetermined; those of two levels are the threshold's.
     if not photograph.has_two_levels and photograph.mask.sum() > _UNCUT * photograph.lit.sum():
         unsaturated = view_of(photograph, view.factor, photograph.mask)
-        second, third = Tiles.of(unsaturated, rings, np.clip((orders / _WIDE) ** 2, 4, _MOST_TILES)).harmonics
+        tiles_of_few = np.clip((orders / _WIDE) ** 2, 4, _MOST_TILES)
+        second, third = Tiles.of(unsaturated, unsaturated.shown(rings), tiles_of_few).harmonics
     plane = plane_wave(view) if rings.match < _MATCH else 0.0
     return RingEvidence(rings.match, orders, bend, tiles.share, tiles.coherence, second, third, tiles.noise, plane)
 
@@ -153,13 +154,12 @@ class Tiles:
 
     @classmethod
     def of(cls, view: View, rings: Rings, count: float) -> "Tiles":
-        """About so many tiles of a view; those of which less than half is lit are left out."""
+        """About so many tiles of a view, `rings` on its blocks; those of which less than half is lit are left out."""
         rows, columns = view.means.shape
         size = int(np.clip(np.sqrt(rows * columns / count), _SMALLEST_TILE, min(rows, columns)))
         variance = noise_variance(view.means, view.mask)
-        on_blocks = view.shown(rings)
-        x, y = np.arange(columns) - on_blocks.centre[0], np.arange(rows)[:, None] - on_blocks.centre[1]
-        turns = (on_blocks.scale * (x**2 + y**2) + on_blocks.phase) % 1.0
+        x, y = np.arange(columns) - rings.centre[0], np.arange(rows)[:, None] - rings.centre[1]
+        turns = (rings.scale * (x**2 + y**2) + rings.phase) % 1.0
         tables = (view.means, view.mask, 2 * np.pi * turns)
         light, used, phase = (_cut(table.astype(np.float32), size) for table in tables)
         used *= used.mean(axis=2, keepdims=True) >= 0.5

@@ -24,8 +24,8 @@ def node_grid(count: int) -> tuple[np.ndarray, np.ndarray]:
     return x.ravel(), y.ravel()
 
 
-# X and y in [-1, 1] of the envelope's nodes, row by row.
-ENVELOPE_NODES = node_grid(ENVELOPE + 1)
+# X and y in [-1, 1] of the envelope's nodes, row by row; the degrees of its products.
+ENVELOPE_NODES, _PRODUCTS = node_grid(ENVELOPE + 1), degrees(ENVELOPE)
 
 
 def model_coefficients(background, modulus, phase, reference) -> Float[Array, " basis"]:
@@ -36,5 +36,4 @@ def model_coefficients(background, modulus, phase, reference) -> Float[Array, " 
     away = phase - reference
     both = jnp.stack([modulus * cos_turns(away), modulus * sin_turns(away)])
     table = chebyshev.coefficients(both)
-    high = degrees(ENVELOPE)
-    return jnp.concatenate([background, table[:, high[:, 0], high[:, 1]].ravel()])
+    return jnp.concatenate([background, table[:, _PRODUCTS[:, 0], _PRODUCTS[:, 1]].ravel()])

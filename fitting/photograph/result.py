@@ -195,12 +195,9 @@ class FitResult(AbstractResult):
         lines = [f"[[Result]]  {self.status}" + (f": {self.message}" if self.message else "")]
         answer, unit = self.parameters.get(self.measured), TABLE[self.measured].unit
         if self.status == "ok" and answer and answer.sd is not None:
-            low, high = self.radius_interval or interval(answer.value, answer.sd)
-            low, high = rounded(low, answer.sd), rounded(high, answer.sd)
-            lines += [
-                f"    {self.measured} = {with_sd(answer.value, answer.sd, unit)} "
-                f"({answer.sd / answer.value:.2g} relative; 95 %: {low} to {high})"
-            ]
+            headline, interval_95 = self.headline(), self.radius_interval or interval(answer.value, answer.sd)
+            low, high = (rounded(end, answer.sd) for end in interval_95)
+            lines += [f"    {headline} ({answer.sd / answer.value:.2g} relative; 95 %: {low} to {high})"]
         if self.fringe_scale_per_px2 is not None:
             scale = with_sd(self.fringe_scale_per_px2, self.fringe_scale_sd, "per px²")
             lines += [f"    fringe scale n s²/(R λ) = {scale}"]

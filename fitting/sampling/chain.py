@@ -122,11 +122,12 @@ class Chain(AbstractResult):
         ]
         for k, name in enumerate(self.names):
             mean, sd = float(self.of(name).mean()), float(self.of(name).std())
-            low, high = (rounded(end, sd) for end in self.interval(name))
+            interval = (
+                "" if self.message else " (95 %: {} to {})".format(*(rounded(x, sd) for x in self.interval(name)))
+            )
             lines += [
-                f"    {name:<14} {with_sd(mean, sd)}"
-                + ("" if self.message else f" (95 %: {low} to {high})")
-                + f", autocorrelation {self.autocorrelation_time[k]:.0f} steps, R-hat {self.split_rhat[k]:.3f}"
+                f"    {name:<14} {with_sd(mean, sd)}{interval}"
+                f", autocorrelation {self.autocorrelation_time[k]:.0f} steps, R-hat {self.split_rhat[k]:.3f}"
             ]
         return "\n".join(lines)
 

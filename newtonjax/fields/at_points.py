@@ -1,5 +1,6 @@
 """Smooth fields of a scene at points of the screen: background, fringe envelopes and phases."""
 
+import math
 from itertools import combinations
 from typing import Any, NamedTuple
 
@@ -92,7 +93,7 @@ def polar(fields: Fields) -> tuple[Float[Any, "pairs ..."], Float[Any, "pairs ..
     decay slowly, which the error estimate sees. NumPy makes NumPy.
     """
     xp = module_of(fields.envelope)
-    flat = fields.envelope.reshape(len(fields.envelope), -1)
+    flat = fields.envelope.reshape(len(fields.envelope), math.prod(fields.envelope.shape[1:]))
     largest = xp.take_along_axis(flat, abs(flat).argmax(axis=1)[:, None], axis=1)
     size = abs(largest)
     unit = xp.where(size > 0, largest * as_complex(1 / xp.where(size > 0, size, 1.0)), 1.0)

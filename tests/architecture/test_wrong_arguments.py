@@ -50,7 +50,7 @@ GIVEN = {
     nj.plan: {"scene": SCENE, "camera": CAMERA},
     nj.render: {"scene": SCENE, "camera": CAMERA, "method": nj.ClosedForm()},
     nj.explain: {"scene": SCENE, "camera": CAMERA},
-    fitting.read: {"source": IMAGE},
+    fitting.read: {"image": IMAGE},
     fitting.fit: {"image": IMAGE, "wavelength": 589.3e-9, "pixel_size": 30e-6, "view": "reflected"},
     fitting.scale: {"image": IMAGE, "division": 1e-4},
     fitting.rings: {

@@ -265,7 +265,7 @@ def test_a_link_keeps_pointing_and_its_target_gets_the_answer(tmp_path):
 
 
 def test_devices_and_one_file_for_two_answers_are_refused(tmp_path):
-    with pytest.raises(ValueError, match="no regular file"):
+    with pytest.raises(ValueError, match="not a regular file"):
         output.check_free([Path("/dev/null")], force=True)
     with pytest.raises(ValueError, match="two answers"):
         output.check_free([tmp_path / "a.json", tmp_path / "a.json"], force=False)

@@ -9,6 +9,7 @@ from rings_data import WAVELENGTH, bound, rings
 import fitting
 import newtonjax as nj
 from fitting.finding import find_rings
+from fitting.parameters import rounded
 from fitting.photo import read
 
 GIVEN = {"wavelength": WAVELENGTH, "pixel_size": 5e-6}
@@ -249,7 +250,7 @@ def test_with_the_bench_as_the_model_a_distant_screen_costs_nothing(view, screen
 def test_report_and_json_say_the_same(fitted):
     found = fitted.to_dict()
     assert found["radius_m"] == fitted.radius
-    assert f"{fitted.radius:.8g}" in fitted.report()
+    assert f"radius = {rounded(fitted.radius, fitted.radius_sd)} ± " in fitted.report()
     assert {"status", "message", "radius_m", "radius_sd_m", "radius_interval_m", "radius_sd_noise_m"} <= set(found)
     assert {"fringe_scale_per_px2", "centre_px", "gap_m", "contact_radius_m", "explained_variance"} <= set(found)
     assert {"budget", "warnings", "model", "seconds"} <= set(found)

@@ -133,6 +133,7 @@ def an_answer(status="ok", **changes):
         to_dict=lambda: answer,
         figure=lambda: Figure(figsize=(1, 1)),
         report=lambda: f"radius {answer['radius_m']}",
+        headline=lambda: status,
     )
 
 
