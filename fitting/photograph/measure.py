@@ -79,8 +79,8 @@ def fit(
         exponent more where the fringes have a second harmonic.
       mask: True where pixels may be used, [rows, columns]; or an image file, where it is not black.
       parts: "oblique_view", "distortion", "fifth_order" (of the distortion), "contact" or "film" (between the pressed
-        faces) by name: True forces a part on, False excludes it; for a part that is not named the image decides
-        (Schwarz's criterion).
+        faces) by name: True forces a part on, with what it needs (a fifth order the distortion, a film the contact),
+        False excludes it; for a part that is not named the image decides (Schwarz's criterion).
       page: of a file with several pictures, from 1 on; the first, with a warning, where it is not given.
       progress: True for a bar on the terminal, or a function of (steps done, their number).
 

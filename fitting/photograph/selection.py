@@ -72,9 +72,7 @@ def adapt(
         for part in searched
         if wishes.get(part) or _may_be_seen(part, plain, photograph, best.numbers)
     }
-    evidence |= {
-        part: f"{UNFITTED} {PARTS[part].unfitted}" for part in SEARCHED if wishes.get(part) and not searches.get(part)
-    }
+    evidence |= _unfitted(wishes, best, searches)
     if best is trials.plain and not any(searches.values()):
         return Choice(plain, evidence, photograph)
     judge = _Judge([trials.plain, best, *chain(*searches.values())], trials.reduced)
@@ -102,6 +100,14 @@ def adapt(
     return Choice(chosen, evidence, photograph, tuple(rivals))
 
 
+def _unfitted(wishes: dict[str, bool], bent: Trial, searches: dict[str, list[Trial]]) -> dict[str, str]:
+    """What is said of the parts that were asked for and that no trial has."""
+    absent = [part for part in WARPS if wishes.get(part) and part not in bent.parts]
+    for part in (part for part in SEARCHED if not searches.get(part)):
+        absent += [name for name in (part, SEARCHED[part].name) if wishes.get(name)]
+    return {part: f"{UNFITTED} {PARTS[part].unfitted}" for part in absent}
+
+
 def _with_or_without(
     part: str, fits: list[Trial], without: Trial, wishes: dict[str, bool], judge: "_Judge", evidence: dict[str, str]
 ) -> tuple[Trial, Trial | None]:
@@ -111,10 +117,12 @@ def _with_or_without(
     rival = best if 0 < gain < PARTS[part].clear and not is_wished else None
     chosen = best if is_wished or gain > PARTS[part].clear else without
     evidence[part] = _words(part in chosen.parts, is_wished, gain)
-    if part in chosen.parts and len(fits) > 1:
-        freed = SEARCHED[part].name
+    freed = SEARCHED[part].name
+    if part in chosen.parts and wishes.get(freed):
+        evidence[freed] = f"asked for: with {part}"
+    elif part in chosen.parts and len(fits) > 1:
         gain = judge.criterion(fits[0]) - judge.criterion(fits[1])
-        evidence[freed] = _words(freed in chosen.parts, wishes.get(freed), gain)
+        evidence[freed] = _words(freed in chosen.parts, None, gain)
     return chosen, rival
 
 
@@ -219,7 +227,9 @@ def _without_idle_warps(
 
     chosen, numbers = min(sets, key=criterion), best.numbers
     for part in warps:
-        without = min(criterion(s) for s in sets if part not in s) if part not in forced else criterion(chosen - {part})
+        # Without a part that is forced, those that need it go too.
+        remaining = [set(_nested(tuple(chosen), part))] if part in forced else [s for s in sets if part not in s]
+        without = min(criterion(s) for s in remaining)
         gain = without - min(criterion(s) for s in sets if part in s)
         evidence[part] = _words(part in chosen, part in forced, gain)
         if part not in chosen:

@@ -54,11 +54,20 @@ class Task:
 
 
 def checked_parts(parts) -> dict[str, bool]:
-    """The user's wishes by part. Raises ValueError for other names or values."""
+    """The user's wishes by part: one that is forced on forces those that it needs.
+
+    Raises ValueError for other names or values, and where one of those is excluded.
+    """
     parts = {} if parts is None else parts
     if not isinstance(parts, dict) or set(parts) - set(PARTS) or not all(isinstance(v, bool) for v in parts.values()):
         raise ValueError(f"parts is {shown(parts)}; allowed: a mapping of {', '.join(PARTS)} to True or False")
-    return dict(parts)
+    wishes = dict(parts)
+    # Of the parts in their order none needs a later one.
+    for part in reversed(PARTS):
+        for need in PARTS[part].needs if wishes.get(part) else ():
+            if not wishes.setdefault(need, True):
+                raise ValueError(f"parts is {shown(parts)}; {part} needs {need}: leave {part} out, or let {need} be")
+    return wishes
 
 
 def task_of(arguments: dict[str, Any]) -> Task:

@@ -87,7 +87,9 @@ class Trials:
     def bent(self) -> Trial:
         """The fit with the largest set of distortions whose values a camera can have."""
         allowed = [part for part in WARPS if self.wishes.get(part, True)]
-        for parts in (s for n in range(len(allowed), 0, -1) for s in combinations(allowed, n) if is_nested(s)):
+        forced = {part for part in allowed if self.wishes.get(part)}
+        sets = [s for n in range(len(allowed), 0, -1) for s in combinations(allowed, n) if is_nested(s)]
+        for parts in sorted(sets, key=lambda parts: not forced <= set(parts)):
             starts = [self.found.numbers]
             if self.before is not None:
                 starts.insert(0, self.before.numbers)

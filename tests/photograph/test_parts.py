@@ -69,6 +69,22 @@ def test_wishes_are_kept():
     assert abs(asked.radius - 1) < 4 * asked.radius_sd
 
 
+def test_a_part_that_is_forced_is_there_with_what_it_needs():
+    result = fit(CASE, parts={"fifth_order": True, "oblique_view": False, "contact": False})
+    assert result.evidence.found.parts == ("distortion", "fifth_order")
+    assert all(result.model[part].startswith("asked for") for part in ("distortion", "fifth_order"))
+    assert abs(result.radius - 1) < 4 * result.radius_sd
+    pressed = fit(replace(CASE, defect="contact 0.3 mm"), parts={"film": True, "distortion": False})
+    assert {"contact", "film"} <= set(pressed.evidence.found.parts)
+    assert all(pressed.model[part].startswith("asked for") for part in ("contact", "film"))
+
+
+@pytest.mark.parametrize("parts", [{"fifth_order": True, "distortion": False}, {"film": True, "contact": False}])
+def test_a_part_that_is_forced_without_what_it_needs_is_refused(parts):
+    with pytest.raises(ValueError, match=r"fifth_order needs distortion|film needs contact"):
+        fit(CASE, parts=parts)
+
+
 def test_a_model_that_lacks_a_part_says_so_in_a_row_of_its_budget():
     rows = dict(fit(replace(CASE, defect="distortion 2 %"), parts=dict.fromkeys(model.PARTS, False)).budget)
     assert rows["model, by halves of the field"] > 5 * rows["noise"]
