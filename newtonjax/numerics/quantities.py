@@ -111,15 +111,18 @@ def require(name: str, value, allowed: str, test) -> None:
 
 
 def require_size(name: str, value, size: int, allowed: str) -> None:
-    """Raise ValueError where a concrete vector has another number of components; a batch passes."""
-    if is_concrete(value) and np.ndim(value) <= 1 and np.shape(value) != (size,):
+    """Raise ValueError where a vector, or each one of a batch, has another number of components; traced ones too."""
+    if np.shape(value)[-1:] != (size,):
         raise ValueError(f"{name} is {shown(value)}; allowed: {allowed}")
 
 
 def require_pair(name: str, value) -> None:
-    """Raise ValueError for what is no pair of finite angles; traced ones pass."""
-    pair = len(value) == 2 if isinstance(value, tuple | list) else getattr(value, "shape", ())[:1] == (2,)
-    if not pair:
+    """Raise ValueError for what is no pair of finite angles; of traced ones only the number is known."""
+    if isinstance(value, tuple | list):
+        is_pair = len(value) == 2 and all(np.ndim(angle) == 0 for angle in value)
+    else:
+        is_pair = getattr(value, "shape", ()) == (2,)
+    if not is_pair:
         raise ValueError(f"{name} is {shown(value)}; allowed: two angles in radians, about x and about y")
     require(name, value, "two finite angles in radians, about x and about y", finite)
 

@@ -6,6 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
+import newtonjax as nj
 from newtonjax.scene import Surface, frame
 
 
@@ -86,3 +87,30 @@ def test_frame_is_a_rotation():
     matrix = np.stack(frame((0.3, -0.7)))
     np.testing.assert_allclose(matrix @ matrix.T, np.eye(3), atol=1e-15)
     assert np.linalg.det(matrix) > 0
+
+
+@pytest.mark.usefixtures("untyped")
+@pytest.mark.parametrize(
+    ("part", "message"),
+    [
+        (lambda v: Surface(0.0, (0.0, 0.0, 0.0), v), "tilt is .*; allowed: two finite angles"),
+        (lambda v: Surface(0.0, v), "vertex is .*; allowed: three finite lengths"),
+        (lambda v: nj.Light(5e-7, v), "light.tilt is .*; allowed: two angles"),
+        (lambda v: nj.Shield(1e-3, v), "shield.vertex is .*; allowed: three lengths"),
+        (lambda v: nj.CollectingLens(0.1, v), "collecting_lens.vertex is .*; allowed: three lengths"),
+        (lambda v: nj.Camera((2, 2), 1e-6, v), "centre_px is .*; allowed: two finite numbers"),
+        (lambda v: nj.newton_rings(1.0, lens_tilt=v), "lens_tilt is .*; allowed: two angles"),
+    ],
+)
+@pytest.mark.parametrize("transform", [jax.jit, jax.vmap, lambda call: call], ids=["jit", "vmap", "eager"])
+def test_a_vector_of_another_length_is_refused_traced_or_not(part, message, transform):
+    for vector in (jnp.array([[0.1]]), jnp.zeros((1, 4)), jnp.zeros((1, 2, 5))):
+        with pytest.raises(ValueError, match=message):
+            transform(part)(vector if transform is jax.vmap else vector[0])
+
+
+def test_vectors_of_the_right_length_are_taken_traced_and_in_batches():
+    batch = jax.vmap(lambda t: Surface(0.0, (0.0, 0.0, 0.0), t))(jnp.array([[0.1, 0.2], [0.3, 0.4]]))
+    again = Surface(batch.curvature, batch.vertex, batch.tilt)
+    axes = jax.vmap(lambda surface: surface.face().axis)(again)
+    np.testing.assert_allclose(axes[1], frame((0.3, 0.4))[2], rtol=1e-15)
