@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.photo import numpy_files, tiff_pages
+from fitting.photo import numpy_files, pillow_files, tiff_pages
 from fitting.photo.image_file import load
 
 _ALLOWED = (
@@ -39,7 +39,7 @@ def frames_of(source: Any) -> Iterator[np.ndarray | ValueError]:
 
 
 def _of_array(array: Any, name: str) -> Iterator[np.ndarray | ValueError]:
-    if array.ndim not in (3, 4) or (array.ndim == 3 and array.shape[-1] <= 4 < array.shape[0]):
+    if not numpy_files.is_stack(array.shape):
         raise ValueError(f"{name} of shape {array.shape} were given; allowed: {_ALLOWED}; of one image use fit")
     return map(_image, array)
 
@@ -63,14 +63,14 @@ def _of_file(path: Path) -> Iterator[np.ndarray | ValueError]:
     if head.startswith(numpy_files.HEADS):
         return _of_array(_array(path), f"frames in {path}")
     if path.suffix.lower() in _STILL:
-        return _moving(path, "pillow", {"mode": "RGB"})
+        return map(_page, _still(path))
     plugin = next((plugin for module, plugin in _VIDEO.items() if find_spec(module)), None)
     if plugin is None:
         raise ValueError(
             f"{path} is no TIFF, GIF, PNG or WebP; a reader of videos is not installed: pip install 'imageio[ffmpeg]' "
             "or 'imageio[pyav]'"
         )
-    return _moving(path, plugin, {})
+    return _moving(path, plugin)
 
 
 def _page(codes: np.ndarray | Exception) -> np.ndarray | ValueError:
@@ -86,8 +86,17 @@ def _array(path: Path) -> np.ndarray:
         raise ValueError(f"{path} cannot be read as frames ({_first_line(error)}); allowed: {_ALLOWED}") from error
 
 
-def _moving(path: Path, plugin: str, how: dict) -> Iterator[np.ndarray | ValueError]:
-    """Frames by one of imageio's readers. The file is opened at once, so that what is none is told at once."""
+def _still(path: Path) -> Iterator[np.ndarray | Exception]:
+    """Frames by Pillow. The file's head is read at once, so that what is no picture is refused at once."""
+    try:
+        pillow_files.layout(path)
+    except Exception as error:  # as above
+        raise ValueError(f"{path} cannot be read as frames ({_first_line(error)}); allowed: {_ALLOWED}") from error
+    return pillow_files.each_frame(path)
+
+
+def _moving(path: Path, plugin: str) -> Iterator[np.ndarray | ValueError]:
+    """Frames of a video by one of imageio's readers. The file is opened at once, for the same reason."""
     import imageio.v3 as iio
 
     reader: Any = plugin  # a name, which the stubs do not know
@@ -95,12 +104,12 @@ def _moving(path: Path, plugin: str, how: dict) -> Iterator[np.ndarray | ValueEr
         file = iio.imopen(path, "r", plugin=reader)
     except Exception as error:  # as above
         raise ValueError(f"{path} cannot be read as frames ({_first_line(error)}); allowed: {_ALLOWED}") from error
-    return _decoded(file, how)
+    return _decoded(file)
 
 
-def _decoded(file: Any, how: dict) -> Iterator[np.ndarray | ValueError]:
+def _decoded(file: Any) -> Iterator[np.ndarray | ValueError]:
     with file:
-        frames = file.iter(**how)
+        frames = file.iter()
         while True:
             try:
                 yield next(frames)

@@ -9,16 +9,16 @@ import numpy as np
 HEADS = (b"\x93NUMPY", b"PK\x03\x04")
 
 
-def frames_in(shape: tuple[int, ...]) -> int:
-    """Number of pictures in an array of a shape: a last axis of 1 to 4 is one of channels."""
-    return shape[0] if len(shape) == 4 or (len(shape) == 3 and shape[-1] > 4) else 1
+def is_stack(shape: tuple[int, ...]) -> bool:
+    """Whether an array of a shape is one of pictures, one or more: a last axis of 1 to 4 is one of channels."""
+    return len(shape) == 4 or (len(shape) == 3 and shape[-1] > 4)
 
 
 def layout(path: Path) -> tuple[tuple[int, int], int, int]:
     """Shape [px], bytes a pixel and the number of pictures of a file; its header alone is read."""
     shape, kind = _header(path)
-    pictures = frames_in(shape)
-    rows, columns, *channels = (shape[1:] if pictures > 1 or len(shape) == 4 else shape) + (1, 1)[len(shape) :]
+    pictures = shape[0] if is_stack(shape) else 1
+    rows, columns, *channels = (shape[1:] if is_stack(shape) else shape) + (1, 1)[len(shape) :]
     return (rows, columns), kind.itemsize * int(np.prod(channels or [1])), pictures
 
 
@@ -36,7 +36,7 @@ def load_array(path: Path) -> np.ndarray:
 def load(path: Path, number: int) -> np.ndarray:
     """One picture of a file, the first one number 0."""
     array = load_array(path)
-    return array[number] if frames_in(array.shape) > 1 else array
+    return array[number] if is_stack(array.shape) else array
 
 
 def _is_archive(path: Path) -> bool:

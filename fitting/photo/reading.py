@@ -46,7 +46,7 @@ class Photograph:
         """Whether all usable pixels have one code; a sample tells it of most photographs."""
         codes, sample = self.codes.codes, thin(self.mask)
         some = codes[sample][self.mask[sample]]
-        return bool((some.size == 0 or np.ptp(some) == 0) and np.ptp(codes[self.mask]) == 0)
+        return (some.size == 0 or _is_one(some)) and _is_one(codes[self.mask])
 
     def light_rows(self, start: int, stop: int) -> np.ndarray:
         """Linear light of the rows from `start` up to `stop`, float32 [rows, columns]."""
@@ -147,14 +147,22 @@ def _planes(source: str | Path | np.ndarray, page: int | None) -> tuple[Planes, 
     return planes, warnings
 
 
+def _is_one(values: np.ndarray) -> bool:
+    """Whether all values are the same; those of one bit have no differences."""
+    return bool(values.min() == values.max())
+
+
 def _checked_mask(mask: str | Path | np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """A mask from an array, or from an image file: True where it is not black.
+    """A mask from an array, or from an image file: True where it is brighter than half of its brightest pixel.
+
+    Black is not 0 in a JPEG, whose edges ring by some codes.
 
     Raises FileNotFoundError, and ValueError for what is no mask of that shape.
     """
     if isinstance(mask, str | Path):
         codes = load(mask).codes
-        usable = codes > 0 if codes.ndim == 2 else np.any(codes[:, :, : 3 if codes.shape[2] >= 3 else 1] > 0, axis=2)
+        grey = codes if codes.ndim == 2 else codes[:, :, : 3 if codes.shape[2] >= 3 else 1].max(axis=2)
+        usable = grey > grey.max() / 2
     else:
         usable = array_of(mask, "mask").astype(bool)
     if usable.shape != shape:

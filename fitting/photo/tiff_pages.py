@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from fitting.photo import pillow_files
+
 HEADS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 # Values of TIFF tags (TIFF 6.0; Adobe's supplement 3): no compression; those of bytes that libtiff unpacks, LZW,
 # deflate twice, PackBits, LZMA and Zstandard; differences of samples, and of the bytes of floats.
@@ -14,15 +16,6 @@ _PLAIN, _PACKED = 1, (5, 8, 32946, 32773, 34925, 50000)
 _DIFFERENCES, _FLOAT_DIFFERENCES = 2, 3
 # Photometric interpretations that are light as they stand: white is zero, black is zero, RGB.
 _WHITE_IS_ZERO, _LIGHT = 0, (0, 1, 2)
-_TURNS = {
-    2: lambda codes: codes[:, ::-1],
-    3: lambda codes: codes[::-1, ::-1],
-    4: lambda codes: codes[::-1],
-    5: lambda codes: codes.swapaxes(0, 1),
-    6: lambda codes: codes[::-1].swapaxes(0, 1),
-    7: lambda codes: codes[::-1, ::-1].swapaxes(0, 1),
-    8: lambda codes: codes.swapaxes(0, 1)[::-1],
-}
 
 
 def layout(path: Path) -> tuple[tuple[int, int], int, int]:
@@ -89,14 +82,12 @@ def _codes(page: Any, path: Path) -> np.ndarray:
         # Samples beyond grey or red, green and blue that stand for nothing are no opacity.
         codes = codes[:, :, : 3 if page.photometric == 2 else 1]
     orientation = page.tags.get("Orientation")
-    turn = _TURNS.get(int(orientation.value)) if orientation is not None else None
+    turn = pillow_files.TURNS.get(int(orientation.value)) if orientation is not None else None
     return codes if turn is None else turn(codes)
 
 
 def _by_pillow(path: Path, number: int) -> np.ndarray:
     """What has fewer than 8 bits, a palette, inks, or the compression of a JPEG."""
-    from fitting.photo import pillow_files
-
     return pillow_files.load(path, number)
 
 

@@ -77,7 +77,7 @@ def fit(
       start: values to start from instead of the search, by name: "radius" [m] or "fringe_scale_per_px2", "centre_px".
       transfer: "linear", "srgb" or an exponent; see `fitting.photo.read`. Without it the usual one is taken, and an
         exponent more where the fringes have a second harmonic.
-      mask: True where pixels may be used, [rows, columns]; or an image file, where it is not black.
+      mask: True where pixels may be used, [rows, columns]; or an image file, where it is white (brighter than half).
       parts: "oblique_view", "distortion", "fifth_order" (of the distortion), "contact" or "film" (between the pressed
         faces) by name: True forces a part on, with what it needs (a fifth order the distortion, a film the contact),
         False excludes it; for a part that is not named the image decides (Schwarz's criterion).

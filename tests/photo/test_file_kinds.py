@@ -1,6 +1,7 @@
 """Kinds of files: the codes that come back are those that were written, with all bits, from the page that is named."""
 
 import struct
+import zlib
 
 import numpy as np
 import png
@@ -10,7 +11,7 @@ from PIL import Image
 from rings_data import rings
 
 import fitting
-from fitting.photo import frames_of, read
+from fitting.photo import frames_of, pillow_files, read
 from fitting.photo.image_file import load
 
 pytestmark = pytest.mark.usefixtures("untyped")
@@ -90,6 +91,48 @@ def test_sixteen_bit_colours_and_opacity_of_a_png_keep_every_bit(tmp_path, alpha
     assert np.array_equal(load(tmp_path / "rings.png").codes, codes)
 
 
+def deep_colours(path, exif: bytes = b"") -> None:
+    """A PNG of 16-bit colours, with EXIF data in front of its pixels."""
+    with path.open("wb") as file:
+        png.Writer(256, 256, greyscale=False, bitdepth=16).write(file, COLOURS.reshape(256, -1).tolist())
+    content = path.read_bytes()
+    chunk = b"eXIf" + exif
+    added = struct.pack(">I", len(exif)) + chunk + struct.pack(">I", zlib.crc32(chunk)) if exif else b""
+    path.write_bytes(content[:33] + added + content[33:])
+
+
+def test_sixteen_bit_colours_of_a_png_are_turned_as_their_exif_data_say(tmp_path):
+    turned = Image.Exif()
+    turned[0x0112] = 6
+    deep_colours(tmp_path / "rings.png", turned.tobytes()[6:])
+    assert np.array_equal(load(tmp_path / "rings.png").codes, COLOURS[::-1].swapaxes(0, 1))
+    Image.fromarray(COLOURS.astype(np.uint8)).save(tmp_path / "plain.png", exif=turned)
+    assert np.array_equal(load(tmp_path / "plain.png").codes, COLOURS.astype(np.uint8)[::-1].swapaxes(0, 1))
+
+
+def test_frames_of_a_png_keep_every_bit_and_its_opacity(tmp_path):
+    Image.fromarray(GREY).save(tmp_path / "grey.png")
+    deep_colours(tmp_path / "deep.png")
+    clear = np.dstack([GREY.astype(np.uint8)] * 3 + [np.uint8(255 * (GREY > 20_000))])
+    first, *others = (Image.fromarray(np.roll(clear, k, axis=0)) for k in range(3))
+    first.save(tmp_path / "clear.png", save_all=True, append_images=others, blend=0)
+    assert np.array_equal(list(frames_of(tmp_path / "grey.png")), [GREY])
+    assert np.array_equal(list(frames_of(tmp_path / "deep.png")), [COLOURS])
+    for k, frame in enumerate(frames_of(tmp_path / "clear.png")):
+        assert np.array_equal(frame, np.roll(clear, k, axis=0))
+
+
+def test_a_later_frame_of_a_png_of_sixteen_bit_colours_is_refused(tmp_path, monkeypatch):
+    """Pillow alone reads such frames, with 8 bits; not the first one in the place of another."""
+    deep_colours(tmp_path / "film.png")
+    monkeypatch.setattr(pillow_files, "layout", lambda _: ((256, 256), 6, 2))
+    with pytest.raises(ValueError, match="the first frame alone can be read"):
+        load(tmp_path / "film.png", 2)
+    codes, refusal = frames_of(tmp_path / "film.png")
+    assert np.array_equal(codes, COLOURS)
+    assert "the first frame alone" in str(refusal)
+
+
 @pytest.mark.parametrize("suffix", [".png", ".gif", ".tif"])
 def test_a_palette_becomes_its_colours(tmp_path, suffix):
     image = Image.fromarray((GREY // 257).astype(np.uint8)).convert("P")
@@ -108,6 +151,31 @@ def test_arrays_in_files_of_numpy_are_photographs(tmp_path):
     assert np.array_equal(load(tmp_path / "lone.npz").codes, LIGHT)
     assert np.array_equal(load(tmp_path / "named.npz").codes, LIGHT)
     assert np.array_equal(list(frames_of(tmp_path / "stack.npy")), [GREY, GREY[::-1]])
+
+
+@pytest.mark.parametrize("picture", [GREY, COLOURS])
+def test_a_stack_of_one_picture_is_one(tmp_path, picture):
+    np.save(tmp_path / "stack.npy", picture[None])
+    assert np.array_equal(load(tmp_path / "stack.npy").codes, picture)
+    assert np.array_equal(read(tmp_path / "stack.npy").image, read(picture).image)
+    assert np.array_equal(list(frames_of(tmp_path / "stack.npy")), [picture])
+
+
+def test_a_mask_in_a_jpeg_is_where_it_is_white_not_where_its_edges_ring(tmp_path):
+    white = np.zeros(LIGHT.shape, bool)
+    white[40:200, 30:222] = True
+    Image.fromarray(255 * white.astype(np.uint8)).save(tmp_path / "mask.jpg", quality=60)
+    assert (load(tmp_path / "mask.jpg").codes[~white] > 0).any()
+    Image.fromarray(white.astype(np.uint8)).save(tmp_path / "mask.png")
+    for name in ("mask.jpg", "mask.png"):
+        assert np.array_equal(read(LIGHT, mask=tmp_path / name).mask, read(LIGHT, mask=white).mask)
+
+
+def test_an_image_of_one_bit_that_is_uniform_is_refused(tmp_path):
+    Image.fromarray(np.ones((64, 64), bool)).save(tmp_path / "white.png")
+    for image in (tmp_path / "white.png", np.zeros((64, 64), bool)):
+        result = fitting.fit(image, **GIVEN)
+        assert (result.status, result.message) == ("refused", "the image is uniform: there are no fringes")
 
 
 @pytest.mark.parametrize(
