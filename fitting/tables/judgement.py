@@ -56,6 +56,7 @@ class Judgement:
         self.model: dict[str, str] = {}
         self.radius = read.radius * bench.scale
         self.sd = None if read.sd is None else read.sd * bench.scale
+        self.rounding = read.rounding * bench.scale
         self.series = series_in(read.order, read.radius, read.series, read.series_names)
 
     def outcome(self) -> Outcome:
@@ -76,6 +77,8 @@ class Judgement:
             return "refused", "the radii do not grow with the order; count orders from the centre outwards", {}
         values = self._of_line(line, sample)
         self.warnings += words.of_line(line, sample, bench.value, bench.measured)
+        if line.scatter.is_rounding:
+            self.warnings.append(words.of_rounding(self.read.division, self.read.column))
         law = "" if line.bend else law_through_contact(line.fair, self.radius[line.used], bench.contact)
         self.warnings += words.of_offset(values["order_offset"], values["order_offset_sd"], bench.measured, law)
         if line.bend is not None and line.bend.forbids:
@@ -88,7 +91,7 @@ class Judgement:
     def _line(self) -> tuple[Line, Sample] | None:
         """The line on the sphere whose radius is known or measured; in pixels without a scale that of r²."""
         order, radius, bench = self.read.order, self.radius, self.bench
-        flat = Sample(order, radius, radius**2, self.sd)
+        flat = Sample(order, radius, radius**2, self.sd, self.rounding)
         apart = self.series is not None and are_counted_apart(flat, self.series)
         number = self.series.number if self.series and apart else None
         if apart:
@@ -99,7 +102,7 @@ class Judgement:
             return line_on_sphere(flat, bench.contact, bench.path / bench.wavelength, number)
         if radius.max() > (bench.radius or 0.0):
             return None
-        sample = Sample(order, radius, on_sphere(radius, bench.radius or 1.0), self.sd)
+        sample = Sample(order, radius, on_sphere(radius, bench.radius or 1.0), self.sd, self.rounding)
         return ring_line(sample, bench.contact, number), sample
 
     def _of_line(self, line: Line, sample: Sample) -> dict[str, Any]:

@@ -13,12 +13,16 @@ _FINEST = 1e-5
 
 @dataclass(frozen=True)
 class Sample:
-    """Ring radii with their ordinate (r², or a sphere's), and their sds where they are stated; all by reading."""
+    """Ring radii with their ordinate (r², or a sphere's), and their sds where they are stated; all by reading.
+
+    `rounding`: standard deviation of a radius by the division that it was read to, 0 where that is not known.
+    """
 
     order: np.ndarray
     radius: np.ndarray
     ordinate: np.ndarray
     sd: np.ndarray | None
+    rounding: float = 0.0
 
     @property
     def weight(self) -> np.ndarray:

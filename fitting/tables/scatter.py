@@ -21,6 +21,7 @@ class Scatter:
     - `ratio`: scatter over the stated standard deviation, None where none is stated or none can be seen.
     - `chance`: of so large (ratio above 1) or so small a ratio in an honest table.
     - `common`: how many times readings of one ring agree better than the rings lie on the line; 0 where they do not.
+    - `is_rounding`: whether the variance is that of the readings' division, since they scatter by less.
     """
 
     variance: float
@@ -28,6 +29,7 @@ class Scatter:
     ratio: float | None
     chance: float
     common: float
+    is_rounding: bool = False
 
     @property
     def is_above_stated(self) -> bool:
@@ -56,13 +58,35 @@ def scatter_of(answer: Regression, fair: Regression, sample: Sample) -> Scatter:
         between, rings_freedom = _between_rings(answer)
         if between > variance:
             variance, of_variance = between, float(rings_freedom)
-    return Scatter(variance, of_variance, ratio, chance, common)
+    rounding = 0.0 if sample.sd is not None else _of_rounding(answer, sample.rounding)
+    # With the freedom of the scatter, which may be less than that of the rounding: the interval only widens.
+    return Scatter(max(variance, rounding), of_variance, ratio, chance, common, rounding > variance)
+
+
+def _of_rounding(line: Regression, sd: float) -> float:
+    """The variance of unit weight that gives the slope the variance which rounding the radii gives it.
+
+    `sd`: of a radius by its rounding. Of r² it is 2 r sd; repeats of a ring that are all equal are rounded alike.
+    """
+    pull = line.weight * line.centred * 2 * np.sqrt(np.maximum(line.y, 0.0))
+    ring = _ring(line)
+    sum_of_pulls, squares = np.bincount(ring, pull), np.bincount(ring, pull**2)
+    smallest, largest = np.full(len(squares), np.inf), np.full(len(squares), -np.inf)
+    np.minimum.at(smallest, ring, line.y)
+    np.maximum.at(largest, ring, line.y)
+    alike = largest - smallest <= 1e-9 * largest
+    return sd**2 * float(np.where(alike, sum_of_pulls**2, squares).sum()) / line.spread
+
+
+def _ring(line: Regression) -> np.ndarray:
+    """Number of the ring of each reading: of one order and group."""
+    by_order = np.unique(line.order, return_inverse=True)[1]
+    return np.unique(by_order * (int(line.group.max()) + 1) + line.group, return_inverse=True)[1]
 
 
 def _within_rings(line: Regression) -> tuple[float, int]:
     """Sum of squares of readings about their rings' means, and its degrees of freedom."""
-    by_order = np.unique(line.order, return_inverse=True)[1]
-    ring = np.unique(by_order * (int(line.group.max()) + 1) + line.group, return_inverse=True)[1]
+    ring = _ring(line)
     total = np.bincount(ring, line.weight)
     mean = np.bincount(ring, line.weight * line.residual) / total
     within = float(line.weight @ (line.residual - mean[ring]) ** 2)

@@ -36,7 +36,7 @@ def line_on_sphere(flat: Sample, contact: float, turns: float, series=None) -> t
     if excess(smallest) <= 0 or excess(largest) >= 0:
         return None
     lens = float(np.asarray(optimize.brentq(excess, smallest, largest, xtol=1e-15 * largest, maxiter=200)))
-    sample = Sample(order, radius, on_sphere(radius, lens), flat.sd)
+    sample = Sample(order, radius, on_sphere(radius, lens), flat.sd, flat.rounding)
     return ring_line(sample, contact, series), sample
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from fitting.tables import headers
 from fitting.tables.columns import columns_of, numbers
+from fitting.tables.division import division, rounding_sd
 from newtonjax.numerics import shown
 
 # A ring's radius over what a column of that kind holds; "left" is the difference to "right".
@@ -27,7 +28,8 @@ class Readings:
     """Ring radii [m], or [px] where `unit` is "px", by order; `sd` of the radii where the table states it.
 
     `column`: what was read; `length_unit`: its unit in the table; `series` [readings]: numbers of series, None without;
-    `series_names` of these numbers.
+    `series_names` of these numbers. `rounding`: standard deviation of the radii by the sizes' last digit, 0 where they
+    were calculated; `division`: that digit, as "0.01 mm".
     """
 
     order: np.ndarray
@@ -38,6 +40,8 @@ class Readings:
     length_unit: str
     series: np.ndarray | None = None
     series_names: tuple[str, ...] = ()
+    rounding: float = 0.0
+    division: str = ""
     warnings: list[str] = field(default_factory=list)
 
 
@@ -86,7 +90,12 @@ def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] |
     series, series_names = _series(cells, used)
     column = " and ".join(_columns_of(name))
     column_unit = "px" if unit == "px" else "m"
-    return Readings(order[used], radius[used], sd, column_unit, column, unit, series, series_names, warnings)
+    step = division([cells[part] for part in _columns_of(name)], used)
+    rounding = rounding_sd(step, kind, _FACTORS[kind]) * _in_metres(unit)
+    return Readings(
+        order[used], radius[used], sd, column_unit, column, unit, series, series_names, rounding, f"{step:g} {unit}",
+        warnings,
+    )  # fmt: skip
 
 
 def _counted(count: int, noun: str) -> str:

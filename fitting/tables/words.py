@@ -49,6 +49,14 @@ def of_offset(offset: float, sd: float | None, measured: str, law: str) -> list[
     ]
 
 
+def of_rounding(division: str, column: str) -> str:
+    """That the standard deviation is that of the rounding."""
+    return (
+        f"the readings lie closer to their line than {column}, read to {division}, can tell: the standard deviation is "
+        "that of the rounding, once for equal repeats of a ring"
+    )
+
+
 def undetermined(measured: str, value: float, sd: float, highest: float, suspects: list[str]) -> str:
     """Why the readings give no value."""
     reason = "".join(f"; {text}" for text in suspects)
