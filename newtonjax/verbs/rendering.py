@@ -6,7 +6,7 @@ import jax
 from jaxtyping import Array, Float
 
 from newtonjax.methods import AbstractMethod, AbstractPicture, Chebyshev, is_single, require_method, require_two_beams
-from newtonjax.numerics import afresh, image_memory, is_concrete, require_x64
+from newtonjax.numerics import afresh, image_memory, is_concrete, refuse_after_fork, require_x64
 from newtonjax.planning import planned
 from newtonjax.scene import Camera, Scene, require_bench
 
@@ -75,6 +75,7 @@ def _within_transformation(verb, scene, camera, method: AbstractMethod | None):
     """Pixels of traced numbers, by a compiled form of a verb; `__wrapped__` is what that was made of."""
     method = Chebyshev() if method is None else method
     method.check(scene)
+    refuse_after_fork()  # the user's own program runs in this process
     if method.needs_float64:
         require_x64(type(method).__name__)
     # In float32 as it stands: compiled apart, it would be given its numbers in float32, the concrete ones too.

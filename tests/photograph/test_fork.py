@@ -35,18 +35,35 @@ def answer(verb):
 if __name__ == "__main__":
     import jax
     KEY = jax.random.key(0)
-    np.asarray(nj.render(SCENE, CAMERA, nj.ClosedForm()))
+    first, *verbs = sys.argv[1:]
+    if first == "eager":
+        np.asarray(nj.render(SCENE, CAMERA, nj.ClosedForm()))
+    else:
+        jax.jit(lambda radius: nj.render(nj.newton_rings(radius), CAMERA, nj.ClosedForm()))(0.3).block_until_ready()
     with multiprocessing.get_context("fork").Pool(1) as pool:
-        for verb in ("fit", "fit with a scene", "render", "expose"):
+        for verb in verbs:
             print(pool.apply_async(answer, [verb]).get(timeout=60))
 """
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no fork")
-def test_in_a_forked_process_a_fit_runs_and_what_would_hang_says_so():
-    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=False, timeout=120)
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no fork")
+
+
+def answers(*arguments):
+    """What the program prints: a line for each verb that a forked process was asked for after a first call here."""
+    command = [sys.executable, "-c", PROGRAM, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
     assert done.returncode == 0, done.stderr
-    radius, *refusals = done.stdout.splitlines()
+    return done.stdout.splitlines()
+
+
+def test_in_a_forked_process_a_fit_runs_and_what_would_hang_says_so():
+    radius, *refusals = answers("eager", "fit", "fit with a scene", "render", "expose")
     assert abs(float(radius) / 0.3 - 1) < 0.01
     assert len(refusals) == 3
     assert all('multiprocessing.get_context("spawn")' in text for text in refusals)
+
+
+def test_a_program_of_the_users_own_counts_as_a_first_call():
+    (refusal,) = answers("traced", "render")
+    assert 'multiprocessing.get_context("spawn")' in refusal
