@@ -9,8 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from newtonjax.numerics import require, require_whole, shown
-from newtonjax.scene.limits import INDEX
+from newtonjax.numerics import positive, require, require_whole, shown
 
 _ACTION = re.compile(r"([TR])(\d+)")
 TRANSMIT, REFLECT, REST = 0, 1, 2
@@ -161,7 +160,7 @@ def enumerate_beams(media, view: str = "reflected", reflections: int = 3) -> tup
     sizes = len(media) if isinstance(media, tuple | list) else np.size(media) if np.ndim(media) == 1 else 0
     if sizes < 2:
         raise ValueError(f"media is {shown(media)}; allowed: refractive indices, one more than there are surfaces")
-    require("media", media, f"positive refractive indices, {INDEX.words}", INDEX.holds)
+    require("media", media, "positive refractive indices", positive)
     of_view = words(len(media) - 1, reflections, view)
     beams = (Beam(word, name_of(word), view, energy_on_axis(word, media)) for word in of_view)
     return tuple(sorted(beams, key=lambda beam: -beam.energy))

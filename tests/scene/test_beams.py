@@ -89,6 +89,16 @@ def test_beams_are_chosen_by_number_energy_or_name():
     )
 
 
+def test_beams_are_chosen_in_every_scene_that_there_is():
+    """Indices beyond those of the ready benches: what `Scene` takes, its beams are numbered for too."""
+    beams = "R0", "T0 R1 T0"
+    scene = nj.Scene((nj.Surface(), nj.Surface(0.0, (0, 0, -1e-3))), (1, 20, 1), nj.Light(5e-7), nj.Surface(), beams)
+    assert nj.choose_beams(scene, number=2).beams == nj.choose_beams(scene, energy=1e-2, reflections=1).beams == beams
+    assert nj.explain(scene, nj.Camera((8, 8), 1e-6)).omissions
+    with pytest.raises(ValueError, match=r"media is \(1.0, -1.0\); allowed: positive refractive indices"):
+        nj.enumerate_beams((1.0, -1.0))
+
+
 @pytest.mark.parametrize(
     ("choice", "message"),
     [
