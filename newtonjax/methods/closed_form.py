@@ -133,6 +133,8 @@ def _refused(scene: Scene) -> tuple[str, str] | None:
     if is_known_nonzero(scene.light.tilt):
         return "light.tilt", "it takes light along -z"
     for k, surface in enumerate(scene.surfaces):
+        if type(surface) is not Surface:
+            return f"surfaces[{k}] of {type(surface).__name__}", "it takes spheres and planes, which are Surface itself"
         if not surface.is_plane() and is_known_nonzero(surface.tilt):
             return f"surfaces[{k}].tilt", "it takes upright spheres"
     if is_known_nonzero(scene.screen.tilt):

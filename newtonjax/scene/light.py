@@ -94,7 +94,7 @@ def field_at_launch(light: Light) -> Complex[Any, "3 2"]:
 
 
 class Source(NamedTuple):
-    """What fields need of the light; NumPy for known numbers. Another kind of light is another `fringes`.
+    """What fields need of the light; NumPy for known numbers. What another kind touches stands in docs/extending.md.
 
     - `wavelength`: in vacuum [m].
     - `shares`: of the two polarization components in the irradiance, [2]. Apart from the fields: their square roots

@@ -1,6 +1,7 @@
 """Surfaces: their height, and where rays meet them. Spheres and planes are one type, curvature 0 is the plane.
 
-Here is all that the kind of a surface decides: another kind changes this file only.
+Here is what the kind of a surface decides, but for the closed form's height in float32 (docs/extending.md). Another
+kind is a field and its formulas in these classes: rays and formulas ask `Surface` and `Face` by name, no subclass.
 """
 
 from typing import Any, NamedTuple, no_type_check

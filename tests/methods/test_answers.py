@@ -1,5 +1,7 @@
 """What methods say of themselves before a pixel is computed: errors, refusals, which one serves more scenes."""
 
+from dataclasses import replace
+
 import jax
 import numpy as np
 import pytest
@@ -62,10 +64,26 @@ def test_a_refusal_names_the_part_and_the_demand_apart():
     assert nj.Traced().refusal(BARE) is None
 
 
+def test_the_closed_form_takes_no_surface_whose_height_it_does_not_ask_for():
+    class Bump(nj.Surface):
+        """A surface of another height."""
+
+        def sag(self, r2):
+            return r2 * 0
+
+    flat, lens, *plate = FOCUSED.surfaces
+    scene = replace(FOCUSED, surfaces=(flat, Bump(lens.curvature, lens.vertex), *plate))
+    with pytest.raises(ValueError, match=r"cannot honour surfaces\[1\] of Bump: it takes spheres and planes"):
+        nj.render(scene, CAMERA, nj.ClosedForm())
+
+
 def test_the_most_general_method_serves_all_scenes():
     methods = [nj.ClosedForm(), nj.Chebyshev(5), nj.Chebyshev(29), nj.Traced()]
     assert sorted(methods, key=lambda method: method.generality) == methods
     assert nj.Chebyshev(5).for_scenes([nj.Chebyshev(5), nj.Chebyshev(3)]) == nj.Chebyshev(5)
     # How many nodes the scene of the formula takes is not known.
     assert nj.Chebyshev(5).for_scenes([nj.Chebyshev(5), nj.ClosedForm()]) == nj.Chebyshev(17)
+    # A scene that needs pixels in float64 gets them among others.
+    planned = [nj.Chebyshev(3, "float64"), nj.Chebyshev(5)]
+    assert nj.Chebyshev(5).for_scenes(planned) == nj.Chebyshev(5, "float64")
     assert nj.Traced().for_scenes(methods) == nj.Traced()
