@@ -68,9 +68,15 @@ class Chebyshev(AbstractMethod):
         return 1, self.nodes
 
     def for_scenes(self, planned: Sequence[AbstractMethod]) -> "Chebyshev":
-        """How many nodes a scene takes that another method would do for is not known: not fewer than the default."""
-        of_nodes = all(type(method) is Chebyshev for method in planned)
-        return Chebyshev(self.nodes if of_nodes else max(self.nodes, Chebyshev().nodes))
+        """How many nodes a scene takes that another method would do for is not known: not fewer than the default.
+
+        In float64 where one of the plans asks for it.
+        """
+        by_nodes = [method for method in planned if isinstance(method, Chebyshev)]
+        nodes = self.nodes if len(by_nodes) == len(planned) else max(self.nodes, Chebyshev().nodes)
+        # Pixels in float64 were planned where those in float32 would err too much.
+        dtype = "float64" if any(method.dtype == "float64" for method in by_nodes) else self.dtype
+        return Chebyshev(nodes, dtype)
 
     def passes(self, scene: Scene, camera: Camera) -> float:
         pairs = len(scene.beams) * (len(scene.beams) - 1) // 2
