@@ -232,3 +232,40 @@ def test_a_table_of_three_hundred_thousand_rows_takes_seconds(tmp_path):
     assert abs(value - 1.0) < 4 * sd
     # Of processor time; a matrix of rows by rows would not fit into memory, a loop over them takes hours.
     assert seconds < 40
+
+
+def _steep(orders):
+    """Exact diameters [mm] of a ball of 1 mm radius, whose outer rings are a quarter as wide as it is."""
+    height = orders * WAVELENGTH / 2
+    return 2e3 * np.sqrt(2 * 1e-3 * height - height**2)
+
+
+@pytest.mark.parametrize("shift", [0, 8, 40])
+@pytest.mark.parametrize("by_column", [True, False])
+def test_series_of_a_steep_lens_may_be_counted_apart(shift, by_column):
+    orders = np.arange(5.0, 101, 5)
+    columns = {"order": np.concatenate([orders, orders + shift]), "diameter_mm": np.tile(_steep(orders), 2)}
+    if by_column:
+        columns["series"] = np.repeat([1, 2], len(orders))
+    result = fitting.rings(columns, wavelength=WAVELENGTH)
+    assert result.radius == pytest.approx(1e-3, rel=1e-12)
+    assert [text for text in result.warnings if "counted from different rings" not in text] == []
+
+
+@pytest.mark.parametrize("place", [2, 10, 18])
+@pytest.mark.parametrize("factor", [0.7, 1.3])
+def test_a_misread_ring_of_a_steep_lens_is_left_out(place, factor):
+    orders = np.arange(5.0, 101, 5)
+    sizes = _steep(orders)
+    sizes[place] *= factor
+    result = fitting.rings({"order": orders, "diameter_mm": sizes}, wavelength=WAVELENGTH)
+    assert result.radius == pytest.approx(1e-3, rel=1e-12)
+    assert [ring.order for ring in result.rings if ring.flag] == [orders[place]]
+
+
+def test_a_miscount_of_a_steep_lens_is_set_right():
+    orders = np.arange(5.0, 101, 5)
+    columns = {"order": orders - 3 * (orders > 50), "diameter_mm": _steep(orders)}
+    result = fitting.rings(columns, wavelength=WAVELENGTH)
+    assert result.radius == pytest.approx(1e-3, rel=1e-12)
+    assert any("set right" in text for text in result.warnings)
