@@ -8,7 +8,7 @@ from typing import ParamSpec
 import numpy as np
 
 from newtonjax.benches.arguments import Argument, arguments_of, refuse_old_names
-from newtonjax.numerics import finite, is_concrete, is_real, require, require_pair, shown
+from newtonjax.numerics import finite, is_real, require, require_pair, shown
 from newtonjax.scene import DISTANCE, HEIGHT, INDEX, RADIUS, THICKNESS, TILT, WAVELENGTH, Scene
 
 _Parameters = ParamSpec("_Parameters")
@@ -57,8 +57,10 @@ def _check(argument: Argument, value) -> None:
         if not (isinstance(value, tuple | list) and all(isinstance(beam, str) for beam in value)):
             raise _refusal(argument, value)
     elif not (argument.test == "screen" and isinstance(value, str) and value == "gap"):
-        if not is_real(value) or (is_concrete(value) and np.ndim(value)):
+        if not is_real(value):
             raise _refusal(argument, value)
+        if np.ndim(value):
+            raise ValueError(f"{argument.name} is {shown(value)}; allowed: one number; vmap over several")
         require(argument.name, value, argument.allowed, _TESTS[argument.test])
 
 

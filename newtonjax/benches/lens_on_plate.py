@@ -138,7 +138,7 @@ def air_wedge(
     Surfaces in order: 0 and 1 the upper plate, 2 and 3 the lower one; the gap is `gap` + x tan(wedge_angle) thick.
 
     Args:
-      wedge_angle: [rad], below a quarter turn in size.
+      wedge_angle: [rad], below 45 degrees in size.
       gap: thickness of the gap on the axis [m].
       lens_index, plate_index: refractive indices of the upper and of the lower plate.
       lens_thickness, plate_thickness: of the upper and of the lower plate [m].

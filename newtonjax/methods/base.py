@@ -2,6 +2,7 @@
 
 import abc
 from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from typing import ClassVar
 
 import jax
@@ -29,8 +30,11 @@ class CannotHonourError(ValueError):
         self.part, self.demand = part, demand
 
 
+@dataclass(frozen=True, repr=False)
 class AbstractMethod(abc.ABC):
     """A way to compute images: a frozen dataclass, so that it may be a static argument; to JAX a tree without leaves.
+
+    A subclass is a dataclass with `repr=False`: shown as it is called, without what is at its default.
 
     - `needs_float64`: whether a transformation in float32 would round its optical paths.
     - `traces_rays`: whether it follows rays, so that its image has what a formula for the gap alone leaves out.
@@ -45,6 +49,10 @@ class AbstractMethod(abc.ABC):
 
     def __init_subclass__(cls):
         jax.tree_util.register_static(cls)
+
+    def __repr__(self) -> str:
+        changed = (field.name for field in fields(self) if getattr(self, field.name) != field.default)
+        return f"{type(self).__name__}({', '.join(f'{name}={getattr(self, name)!r}' for name in changed)})"
 
     @abc.abstractmethod
     def check(self, scene: Scene) -> None:

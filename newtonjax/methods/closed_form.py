@@ -43,7 +43,7 @@ _PIXEL = 1.6
 _NODES = 17
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ClosedForm(AbstractMethod):
     """Fringes of equal thickness by formula: path difference 2 n t(x, y) of the gap at normal incidence.
 

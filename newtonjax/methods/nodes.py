@@ -37,7 +37,7 @@ from newtonjax.scene import Camera, Scene, corners, node_points
 _DEGREE, _PIXEL = 0.059, 0.27
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Chebyshev(AbstractMethod):
     """Rays traced at `nodes` x `nodes` Chebyshev points of the image, smooth fields in between.
 

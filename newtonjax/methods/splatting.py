@@ -64,7 +64,7 @@ class Splatted(NamedTuple):
     error: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Splat(AbstractMethod):
     """Rays from a grid of source nodes; two of one node interfere where they land (Debelov and Dolgov 2021, section 3).
 

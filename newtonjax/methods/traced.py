@@ -19,7 +19,7 @@ from newtonjax.scene import Camera, Scene
 _NODES = 17
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Traced(AbstractMethod):
     """Rays aimed and traced at every pixel: the reference, and the way where fields are not smooth.
 

@@ -35,6 +35,7 @@ from newtonjax.numerics.quantities import positive as positive
 from newtonjax.numerics.quantities import require as require
 from newtonjax.numerics.quantities import require_choice as require_choice
 from newtonjax.numerics.quantities import require_mapping as require_mapping
+from newtonjax.numerics.quantities import require_number as require_number
 from newtonjax.numerics.quantities import require_pair as require_pair
 from newtonjax.numerics.quantities import require_size as require_size
 from newtonjax.numerics.quantities import require_tolerance as require_tolerance

@@ -72,7 +72,8 @@ def as_vector(values) -> Any:
     if isinstance(values, Jet):
         return values
     if isinstance(values, jax.Array):
-        return values if not is_concrete(values) else np.asarray(values, dtype=np.float64)
+        is_known = is_concrete(values) and is_real(values)  # a complex one is left to the checks of its owner
+        return np.asarray(values, dtype=np.float64) if is_known else values
     if is_concrete(values):
         return np.asarray(values, dtype=np.float64) if _numeric(values) else values
     return jnp.stack([jnp.asarray(value, dtype=float) for value in values])
@@ -108,6 +109,13 @@ def require(name: str, value, allowed: str, test) -> None:
     concrete = _real_array(value)
     if concrete is None or not np.all(test(concrete)):
         raise ValueError(f"{name} is {shown(value)}; allowed: {allowed}")
+
+
+def require_number(name: str, value, allowed: str, test) -> None:
+    """`require` of one number, or of an array where scenes are batched: a list of numbers is neither."""
+    if not is_real(value):
+        raise ValueError(f"{name} is {shown(value)}; allowed: {allowed}")
+    require(name, value, allowed, test)
 
 
 def require_size(name: str, value, size: int, allowed: str) -> None:

@@ -23,6 +23,7 @@ from newtonjax.numerics import (
     positive,
     refuse_after_fork,
     require,
+    require_number,
     require_size,
     shown,
 )
@@ -68,13 +69,15 @@ class Camera(eqx.Module):
     def __check_init__(self):
         if min(self.shape) < 1:
             raise ValueError(f"shape is {self.shape}; allowed: (rows, columns), both at least 1")
-        require("pixel_size", self.pixel_size, "a positive length in metres", positive)
+        require_number("pixel_size", self.pixel_size, "a positive length in metres", positive)
         if self.centre_px is not None:
             require("centre_px", self.centre_px, "two finite numbers, (x, y) in pixels", finite)
             require_size("centre_px", self.centre_px, 2, "two finite numbers, (x, y) in pixels")
-        require("exposure", self.exposure, "a positive number of photoelectrons", positive)
-        require("full_well", self.full_well, "a positive number of photoelectrons", positive)
-        require("read_noise", self.read_noise, "0 or more photoelectrons", lambda v: finite(v) and np.all(v >= 0))
+        require_number("exposure", self.exposure, "a positive number of photoelectrons", positive)
+        require_number("full_well", self.full_well, "a positive number of photoelectrons", positive)
+        require_number(
+            "read_noise", self.read_noise, "0 or more photoelectrons", lambda v: finite(v) and np.all(v >= 0)
+        )
 
     def axes(self) -> tuple[Float[Any, " columns"], Float[Any, " rows"]]:
         """Screen coordinates x of the columns and y of the rows [m]; NumPy where the camera's numbers are known."""

@@ -14,6 +14,7 @@ from newtonjax.numerics import (
     namespace,
     positive,
     require,
+    require_number,
     require_size,
 )
 from newtonjax.scene.surfaces import Direction, Surface, frame
@@ -36,7 +37,7 @@ class Shield(eqx.Module):
     tilt: Vector2 = eqx.field(converter=as_vector, default=(0.0, 0.0))
 
     def __check_init__(self):
-        require("shield.radius", self.radius, "a positive radius in metres", positive)
+        require_number("shield.radius", self.radius, "a positive radius in metres", positive)
         require("shield.vertex", self.vertex, "three finite lengths in metres", finite)
         require_size("shield.vertex", self.vertex, 3, "three lengths in metres, (x, y, z)")
         require("shield.tilt", self.tilt, "two finite angles in radians", finite)
@@ -58,7 +59,7 @@ class CollectingLens(eqx.Module):
     vertex: Vector3 = eqx.field(converter=as_vector)
 
     def __check_init__(self):
-        require("collecting_lens.focal_length", self.focal_length, "a positive length in metres", positive)
+        require_number("collecting_lens.focal_length", self.focal_length, "a positive length in metres", positive)
         require("collecting_lens.vertex", self.vertex, "three finite lengths in metres", finite)
         require_size("collecting_lens.vertex", self.vertex, 3, "three lengths in metres, (x, y, z)")
 

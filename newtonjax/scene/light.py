@@ -15,6 +15,7 @@ from newtonjax.numerics import (
     finite,
     namespace,
     require,
+    require_number,
     require_size,
 )
 from newtonjax.scene.limits import WAVELENGTH
@@ -38,12 +39,12 @@ class Light(eqx.Module):
 
     wavelength: Scalar = eqx.field(converter=as_scalar)
     tilt: Vector2 = eqx.field(converter=as_vector, default=(0.0, 0.0))
-    polarization: Scalar | None = None
-    ellipticity: Scalar | None = None
-    degree: Scalar | None = None
+    polarization: Scalar | None = eqx.field(converter=as_scalar, default=None)
+    ellipticity: Scalar | None = eqx.field(converter=as_scalar, default=None)
+    degree: Scalar | None = eqx.field(converter=as_scalar, default=None)
 
     def __check_init__(self):
-        require("wavelength", self.wavelength, f"a positive length, {WAVELENGTH.words}", WAVELENGTH.holds)
+        require_number("wavelength", self.wavelength, f"a positive length, {WAVELENGTH.words}", WAVELENGTH.holds)
         require("light.tilt", self.tilt, "two finite angles in radians", finite)
         require_size("light.tilt", self.tilt, 2, "two angles in radians, about x and about y")
         require(
@@ -55,13 +56,15 @@ class Light(eqx.Module):
                     "ellipticity or degree of polarization without polarization; give its angle, or leave all three out"
                 )
             return
-        require("polarization", self.polarization, "a finite angle in radians, or None", finite)
+        require_number("polarization", self.polarization, "a finite angle in radians, or None", finite)
         if self.ellipticity is not None:
-            require(
+            require_number(
                 "ellipticity", self.ellipticity, "-π/4 to π/4 in radians, or None", lambda e: np.all(np.abs(e) < 0.7854)
             )
         if self.degree is not None:
-            require("degree", self.degree, "0 (unpolarized) to 1, or None", lambda d: np.all((d >= 0) & (d <= 1)))
+            require_number(
+                "degree", self.degree, "0 (unpolarized) to 1, or None", lambda d: np.all((d >= 0) & (d <= 1))
+            )
 
 
 def _from_above(tilt: np.ndarray) -> bool:

@@ -6,16 +6,16 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
-from newtonjax.numerics import Scalar, as_vector, is_concrete, positive, require, require_whole, shown
+from newtonjax.numerics import Scalar, as_vector, finite, is_concrete, is_real, positive, require, require_whole, shown
 from newtonjax.scene.beams import enumerate_beams, itinerary, word_of
 from newtonjax.scene.elements import CollectingLens, Shield, check_way
 from newtonjax.scene.light import Light
 from newtonjax.scene.surfaces import Surface
 
 
-def _words(beams) -> tuple[str, ...]:
+def _words(beams, name: str = "beams") -> tuple[str, ...]:
     if not (isinstance(beams, tuple | list) and all(isinstance(beam, str) for beam in beams)):
-        raise ValueError(f"beams is {shown(beams)}; allowed: a tuple of words such as 'T0 T1 T2 T3'")
+        raise ValueError(f"{name} is {shown(beams)}; allowed: a tuple of words such as 'T0 T1 T2 T3'")
     return tuple(beams)
 
 
@@ -32,7 +32,9 @@ class Scene(eqx.Module):
     - `collecting_lens`: an ideal lens on that way, which images some plane on the screen; None where there is none.
     """
 
-    surfaces: tuple[Surface, ...]
+    surfaces: tuple[Surface, ...] = eqx.field(
+        converter=lambda parts: tuple(parts) if isinstance(parts, list) else parts
+    )
     media: Float[Array | np.ndarray, " media"] = eqx.field(converter=as_vector)
     light: Light
     screen: Surface
@@ -62,7 +64,7 @@ class Scene(eqx.Module):
             check_way(self)
 
     def _check_kinds(self) -> None:
-        if not (isinstance(self.surfaces, tuple | list) and all(isinstance(part, Surface) for part in self.surfaces)):
+        if not (isinstance(self.surfaces, tuple) and all(isinstance(part, Surface) for part in self.surfaces)):
             raise ValueError(f"surfaces is {shown(self.surfaces)}; allowed: a tuple of Surface")
         if isinstance(self.media, tuple | list) or np.ndim(self.media) == 0:
             raise ValueError(f"media is {shown(self.media)}; allowed: refractive indices, one more than surfaces")
@@ -106,10 +108,12 @@ def choose_beams(
     if not isinstance(scene, Scene):
         raise ValueError(f"scene is {shown(scene)}; allowed: a Scene, such as newton_rings(1.0)")
     require_whole("number", number)
+    if energy is not None and not (is_concrete(energy) and is_real(energy) and np.ndim(energy) == 0 and finite(energy)):
+        raise ValueError(f"energy is {shown(energy)}; allowed: one number, a fraction of the incident flux")
     if sum(choice is not None for choice in (number, energy, names)) != 1:
         raise ValueError("choose_beams takes exactly one of number, energy and names")
     if names is not None:
-        names = _words(names)
+        names = _words(names, "names")
         chosen = replace(scene, beams=tuple(word_of(name, len(scene.surfaces)) for name in names))
         if chosen.view != scene.view:
             raise ValueError(f"beams {', '.join(names)} leave on the other side: the scene's view is {scene.view!r}")

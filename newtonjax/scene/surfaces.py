@@ -22,6 +22,7 @@ from newtonjax.numerics import (
     is_concrete,
     namespace,
     require,
+    require_number,
     require_size,
 )
 
@@ -48,7 +49,7 @@ class Surface(eqx.Module):
     tilt: Vector2 = eqx.field(converter=as_vector, default=(0.0, 0.0))
 
     def __check_init__(self):
-        require("curvature", self.curvature, "a finite number in 1/m", finite)
+        require_number("curvature", self.curvature, "a finite number in 1/m", finite)
         for name, value, size, allowed in (
             ("vertex", self.vertex, 3, "three finite lengths in metres, (x, y, z)"),
             ("tilt", self.tilt, 2, "two finite angles in radians, about x and about y"),

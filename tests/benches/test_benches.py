@@ -60,6 +60,9 @@ def test_a_microscope_on_the_gap_focuses_where_the_glass_shows_it():
         ({"radius": 1e-6}, r"radius is 1e-06; allowed: a non-zero radius, 10 um to 100 km"),
         ({"radius": -2e5}, r"radius is -200000.0; allowed: a non-zero radius, 10 um to 100 km"),
         ({"radius": [1.0, 2.0]}, r"radius is \[1.0, 2.0\]; allowed: a non-zero radius"),
+        ({"radius": np.array([1.0, 2.0])}, r"radius is array\(\[1., 2.\]\); allowed: one number; vmap over several"),
+        ({"lens_tilt": np.zeros((2, 3))}, "lens_tilt is array.*; allowed: two angles in radians"),
+        ({"lens_tilt": ((0.1, 0.2), (0.1, 0.2))}, "lens_tilt is .*; allowed: two angles in radians"),
         ({"wavelength": 589.3}, "wavelength is 589.3; allowed: a positive length, 10 nm to 1 mm"),
         ({"lens_index": 1 + 0.1j}, r"lens_index is \(1\+0.1j\); allowed: a positive refractive index, 0.1 to 10"),
         ({"lens_tilt": (45, 0)}, r"lens_tilt is \(45, 0\); allowed: two angles .* below 45 degrees"),
@@ -77,6 +80,19 @@ def test_stacks_of_the_wrong_size_are_refused_with_the_counts():
         nj.Scene((nj.Surface(), nj.Surface()), (1.0, 1.5), nj.Light(5e-7), nj.Surface(), ("T0 T1",))
     with pytest.raises(ValueError, match=r"screen.curvature is 0.1; allowed: 0"):
         nj.Scene((nj.Surface(),), (1.0, 1.5), nj.Light(5e-7), nj.Surface(0.1), ("T0",))
+
+
+def test_a_traced_vector_is_no_number_of_a_bench():
+    with pytest.raises(ValueError, match=r"radius is .*; allowed: one number; vmap over several"):
+        jax.jit(nj.newton_rings)(np.array([1.0, 2.0]))
+
+
+@pytest.mark.usefixtures("untyped")
+def test_surfaces_in_a_list_become_a_tuple():
+    scene = by_hand()
+    listed = nj.Scene(list(scene.surfaces), scene.media, scene.light, scene.screen, scene.beams)
+    assert isinstance(listed.surfaces, tuple)
+    assert jax.tree.structure(listed) == jax.tree.structure(scene)
 
 
 def test_benches_take_traced_numbers_and_batch():

@@ -87,3 +87,9 @@ def test_the_most_general_method_serves_all_scenes():
     planned = [nj.Chebyshev(3, "float64"), nj.Chebyshev(5)]
     assert nj.Chebyshev(5).for_scenes(planned) == nj.Chebyshev(5, "float64")
     assert nj.Traced().for_scenes(methods) == nj.Traced()
+
+
+def test_a_method_is_shown_as_it_is_called():
+    methods = [nj.Chebyshev(), nj.Chebyshev(3), nj.Chebyshev(3, "float64"), nj.ClosedForm(), nj.Splat(step=1e-6)]
+    shown = ["Chebyshev()", "Chebyshev(nodes=3)", "Chebyshev(nodes=3, dtype='float64')", "ClosedForm()"]
+    assert list(map(repr, methods)) == [*shown, "Splat(step=1e-06)"]

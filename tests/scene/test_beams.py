@@ -105,9 +105,13 @@ def test_beams_are_chosen_in_every_scene_that_there_is():
         ({}, "exactly one of number, energy and names"),
         ({"number": 2, "energy": 0.1}, "exactly one of number, energy and names"),
         ({"names": ("R9-R8",)}, "'R9-R8' is unknown: light leaves the stack of 4 surfaces before it meets R9"),
+        ({"names": "R1"}, "names is 'R1'; allowed: a tuple of words"),
+        ({"energy": "x"}, "energy is 'x'; allowed: one number, a fraction of the incident flux"),
+        ({"energy": float("nan")}, "energy is nan; allowed: one number"),
         ({"energy": 2.0}, "no beam is left of 7; the strongest has energy 0.849"),
     ],
 )
+@pytest.mark.usefixtures("untyped")
 def test_a_choice_that_cannot_be_made_is_refused_with_the_reason(choice, message):
     with pytest.raises(ValueError, match=message):
         nj.choose_beams(nj.newton_rings(view="transmitted", screen=1e-3), **choice)

@@ -114,3 +114,38 @@ def test_vectors_of_the_right_length_are_taken_traced_and_in_batches():
     again = Surface(batch.curvature, batch.vertex, batch.tilt)
     axes = jax.vmap(lambda surface: surface.face().axis)(again)
     np.testing.assert_allclose(axes[1], frame((0.3, 0.4))[2], rtol=1e-15)
+
+
+@pytest.mark.usefixtures("untyped")
+@pytest.mark.parametrize(
+    ("part", "message"),
+    [
+        (Surface, r"curvature is \[1.0, 2.0\]; allowed: a finite number"),
+        (nj.Light, r"wavelength is \[1.0, 2.0\]; allowed: a positive length"),
+        (lambda v: nj.Light(5e-7, polarization=v), r"polarization is \[1.0, 2.0\]; allowed: a finite angle"),
+        (lambda v: nj.Light(5e-7, polarization=0.1, ellipticity=[0 * x for x in v]), r"ellipticity is \[0.0, 0.0\]"),
+        (lambda v: nj.Light(5e-7, polarization=0.1, degree=[x / 4 for x in v]), r"degree is \[0.25, 0.5\]"),
+        (lambda v: nj.Camera((2, 3), v), r"pixel_size is \[1.0, 2.0\]; allowed: a positive length"),
+        (lambda v: nj.Camera((2, 3), 1e-6, exposure=v), r"exposure is \[1.0, 2.0\]"),
+        (nj.Shield, r"shield.radius is \[1.0, 2.0\]"),
+        (lambda v: nj.CollectingLens(v, (0.0, 0.0, 1.0)), r"collecting_lens.focal_length is \[1.0, 2.0\]"),
+    ],
+)
+def test_a_list_is_no_number(part, message):
+    with pytest.raises(ValueError, match=message):
+        part([1.0, 2.0])
+
+
+def test_numbers_of_light_are_pythons_own_and_batches_arrays():
+    light = nj.Light(5e-7, polarization=np.float64(0.1), ellipticity=jnp.float64(0.2), degree=1)
+    assert [type(x) for x in (light.polarization, light.ellipticity, light.degree)] == [float] * 3
+    batch = jax.vmap(lambda angle: nj.Light(5e-7, polarization=angle))(jnp.array([0.1, 0.2]))
+    again = nj.Light(batch.wavelength, batch.tilt, batch.polarization)
+    np.testing.assert_array_equal(again.polarization, [0.1, 0.2])
+
+
+@pytest.mark.usefixtures("untyped")
+@pytest.mark.parametrize("array", [np.array, jnp.array])
+def test_a_complex_vector_is_refused_whoever_holds_it(array):
+    with pytest.raises(ValueError, match=r"vertex is .*j.*; allowed: three finite lengths"):
+        Surface(0.0, array([0.0, 0.0, 1j]))
