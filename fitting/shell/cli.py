@@ -264,7 +264,7 @@ def rings(
 
     options = {
         "wavelength": None if wavelength is None else wavelength.within(1.0),
-        "wavelength_sd": wavelength_sd,
+        "wavelength_sd": wavelength.sd if wavelength is not None and wavelength_sd is None else wavelength_sd,
         "pixel_size": pixel_size,
         "pixel_size_sd": pixel_size_sd,
         "radius": radius,

@@ -29,7 +29,9 @@ def doubts(measured: str, value: float, expected: float | None, column: str, uni
     else:
         ratio = value / expected
         slips = sorted(_slips(column, unit), key=lambda slip: abs(np.log(ratio * slip[0])))[:1]
-        if abs(np.log(ratio)) <= abs(np.log(ratio * slips[0][0])):
+        # Where nothing explains a difference, one by a factor of two is worth a word.
+        nearest = abs(np.log(ratio * slips[0][0])) if slips else np.log(2)
+        if abs(np.log(ratio)) <= nearest:
             return []
         text = f"the {measured} is {ratio:.2g} times the expected one"
         slips = [slip for slip in slips if abs(np.log(ratio * slip[0])) < np.log(2)]

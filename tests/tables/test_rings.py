@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fitting
+from fitting.shell import lamps
 from fitting.shell.cli import main
 from fitting.tables.line import ring_line
 from fitting.tables.sample import Sample
@@ -330,3 +331,25 @@ def test_a_standard_deviation_may_be_a_percentage(name, value):
     assert dict(percent.budget)[name] == pytest.approx(dict(number.budget)[name], rel=1e-12)
     with pytest.raises(ValueError, match="view_angle, which is 0"):
         fitting.rings(rows, **{**given, "view_angle": 0.0}, view_angle_sd="2%")
+
+
+def test_the_lamp_brings_its_standard_deviation(tmp_path):
+    path = written(tmp_path, "order,diameter_mm\n" + RINGS)
+    budgets = []
+    for name, options in (("lamp", []), ("zero", ["--wavelength-sd", "0nm"]), ("wide", ["--wavelength-sd", "0.6nm"])):
+        answer = tmp_path / f"{name}.json"
+        assert main(["rings", str(path), "--wavelength", "sodium", *options, "--json", str(answer)]) == 0
+        result = json.loads(answer.read_text())
+        budgets.append({row["source"]: row["sd_m"] / result["radius_m"] for row in result["budget"]})
+    assert budgets[0]["wavelength"] == pytest.approx(lamps.wavelength("sodium").sd / 589.3e-9, rel=1e-3)
+    assert "wavelength" not in budgets[1]
+    assert budgets[2]["wavelength"] == pytest.approx(0.6 / 589.3, rel=1e-3)
+
+
+def test_an_expected_radius_goes_with_differences_in_pixels():
+    half = np.sqrt(np.arange(1.0, 9) * WAVELENGTH) / 1e-5 / 2
+    columns = {"order": np.arange(1, 9), "left_px": 500 - half, "right_px": 500 + half}
+    given = {"wavelength": WAVELENGTH, "pixel_size": 1e-5}
+    assert fitting.rings(columns, expected_radius=0.26, **given).warnings == []
+    (warning,) = fitting.rings(columns, expected_radius=1.0, **given).warnings
+    assert "0.25 times the expected one" in warning
