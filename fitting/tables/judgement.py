@@ -76,7 +76,8 @@ class Judgement:
         if line.slope * np.ptp(line.order[line.used]) <= 1e-9 * sample.ordinate.max():
             return "refused", "the radii do not grow with the order; count orders from the centre outwards", {}
         values = self._of_line(line, sample)
-        self.warnings += words.of_line(line, sample, bench.value, bench.measured)
+        metres = None if bench.unit == "px" else bench.value
+        self.warnings += words.of_line(line, sample, words.Quantity(bench.measured, metres, line.slope))
         if line.scatter.is_rounding:
             self.warnings.append(words.of_rounding(self.read.division, self.read.column))
         law = "" if line.bend else law_through_contact(line.fair, self.radius[line.used], bench.contact)

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from fitting.parameters import with_sd
 from fitting.tables.breaks import Break
@@ -15,18 +16,41 @@ _OFFSET = 0.3
 # Orders that one line lists at most.
 _LISTED = 8
 
-Value = Callable[[float], float]
+
+@dataclass(frozen=True)
+class Quantity:
+    """What the slope gives: its name, its value [m] of a slope, None where pixels have no scale; the line's slope.
+
+    Without a scale, text says what is the same in any unit: a share of the value.
+    """
+
+    name: str
+    metres: Callable[[float], float] | None
+    slope: float
+
+    def of(self, slope: float) -> str:
+        """The value that another slope gives: "1.234 m", or "5.2 % larger"."""
+        if self.metres is not None:
+            return f"{self.metres(slope):.4g} m"
+        change = slope / self.slope - 1
+        return f"{100 * abs(change):.3g} % {'larger' if change > 0 else 'smaller'}"
+
+    def sd_of(self, slope_sd: float) -> str:
+        """The standard deviation by that of the slope: "0.012 m", or "1.2 %"."""
+        if self.metres is not None:
+            return f"{self.metres(slope_sd):.2g} m"
+        return f"{100 * slope_sd / self.slope:.2g} %"
 
 
-def of_line(line: Line, sample: Sample, value: Value, measured: str) -> list[str]:
-    """Warnings on a line. `value`: the measured quantity [m] of a slope, `measured` its name."""
+def of_line(line: Line, sample: Sample, quantity: Quantity) -> list[str]:
+    """Warnings on a line. `quantity`: what its slope gives."""
     warnings = _of_readings(line, sample)
     if line.bend is not None and not line.bend.forbids:
         warnings.append(f"{line.bend.words()}: half of that change is in the budget; check orders and readings")
-    warnings += [_of_break(step, line, sample, value, measured) for step in line.breaks]
+    warnings += [_of_break(step, line, sample, quantity) for step in line.breaks]
     if not line.breaks and line.bend is None:
-        warnings += _of_count(line, sample, value, measured)
-    return warnings + _of_scatter(line, value, measured)
+        warnings += _of_count(line, sample, quantity)
+    return warnings + _of_scatter(line, quantity)
 
 
 def of_offset(offset: float, sd: float | None, measured: str, law: str) -> list[str]:
@@ -92,7 +116,7 @@ def _of_readings(line: Line, sample: Sample) -> list[str]:
     return warnings
 
 
-def _of_break(step: Break, line: Line, sample: Sample, value: Value, measured: str) -> str:
+def _of_break(step: Break, line: Line, sample: Sample, quantity: Quantity) -> str:
     distance = "farther" if step.rings > 0 else "less far"
     text = (
         f"the readings up to order {step.before:g} and from order {step.after:g} on lie on lines of one slope that are "
@@ -104,27 +128,27 @@ def _of_break(step: Break, line: Line, sample: Sample, value: Value, measured: s
         slope = regression(order, sample.ordinate[line.used], sample.weight[line.used]).slope
         plural = "s were" if abs(rings) > 1 else " was"
         what = f"{rings} ring{plural} missed" if rings > 0 else f"{-rings} ring{plural} counted twice"
-        radius = f"the {measured} is {value(slope):.4g} m" if len(line.breaks) == 1 else "they lie on one line"
+        radius = f"the {quantity.name} is {quantity.of(slope)}" if len(line.breaks) == 1 else "they lie on one line"
         proposals.append(f"if {what} between them, {radius}")
     proposed = "".join(f"; {text}" for text in proposals) or "; no whole number of rings explains it"
     return f"{text}{proposed}; the answer is the slope of the two sides alone"
 
 
-def _of_count(line: Line, sample: Sample, value: Value, measured: str) -> list[str]:
+def _of_count(line: Line, sample: Sample, quantity: Quantity) -> list[str]:
     doubt = line.uncertain_count(sample.floor)
     if doubt is None:
         return []
     values = " or ".join(
-        f"{value(slope):.4g} m ({abs(rings)} {'missed' if rings > 0 else 'counted twice'})"
+        f"{quantity.of(slope)} ({abs(rings)} {'missed' if rings > 0 else 'counted twice'})"
         for rings, slope in doubt.slopes.items()
     )
     return [
         f"the readings do not exclude a miscount between orders {doubt.before:g} and {doubt.after:g}: then the "
-        f"{measured} would be {values}; read the rings between them"
+        f"{quantity.name} would be {values}; read the rings between them"
     ]
 
 
-def _of_scatter(line: Line, value: Value, measured: str) -> list[str]:
+def _of_scatter(line: Line, quantity: Quantity) -> list[str]:
     scatter, warnings = line.scatter, []
     if scatter.common:
         warnings.append(
@@ -138,9 +162,9 @@ def _of_scatter(line: Line, value: Value, measured: str) -> list[str]:
             f"the readings scatter {scatter.ratio:.2g} times as far as their stated sd: the scatter's was used"
         )
     if scatter.is_below_stated:
-        by_scatter = value(line.slope_sd * scatter.ratio)
         warnings.append(
             f"the readings scatter {scatter.ratio:.2g} times as far as their stated sd, which was used: by their "
-            f"scatter the {measured}'s sd is {by_scatter:.2g} m and not {value(line.slope_sd):.2g} m"
+            f"scatter the {quantity.name}'s sd is {quantity.sd_of(line.slope_sd * scatter.ratio)} and not "
+            f"{quantity.sd_of(line.slope_sd)}"
         )
     return warnings

@@ -1,5 +1,6 @@
 """What contradicts a line of rings: each rival is met by tables of its kind, and not by honest ones."""
 
+import re
 import subprocess
 import sys
 
@@ -269,3 +270,16 @@ def test_a_miscount_of_a_steep_lens_is_set_right():
     result = fitting.rings(columns, wavelength=WAVELENGTH)
     assert result.radius == pytest.approx(1e-3, rel=1e-12)
     assert any("set right" in text for text in result.warnings)
+
+
+def test_pixels_without_a_scale_are_warned_of_in_shares():
+    order = np.concatenate([np.arange(1.0, 8), np.arange(20.0, 27)])
+    noise = 0.3 * np.random.default_rng(0).normal(size=14)
+    columns = {"order": order, "radius_px": 100 * np.sqrt(order) + noise, "sd_px": np.full(14, 3.0)}
+    text = " ".join(fitting.rings(columns, wavelength=WAVELENGTH).warnings)
+    assert "% smaller (1 missed)" in text and "% larger (1 counted twice)" in text
+    assert not re.search(r"\d m\b", text)
+    in_metres = fitting.rings(columns, wavelength=WAVELENGTH, pixel_size=1e-5)
+    missed = float(re.search(r"would be ([\d.]+) m \(1 missed", " ".join(in_metres.warnings)).group(1))
+    share = float(re.search(r"([\d.]+) % smaller", text).group(1))
+    assert share == pytest.approx(100 * (1 - missed / in_metres.radius), abs=0.1)
