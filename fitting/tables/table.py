@@ -55,7 +55,7 @@ def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] |
     Raises FileNotFoundError, and ValueError for a table without these columns, or a cell that is no number.
     """
     table_cells, lines = columns_of(table)
-    cells, named = _named(table_cells, columns)
+    cells, named, series_notes = _named(table_cells, columns)
     if "order" not in cells:
         like = headers.order_like(table_cells)
         raise ValueError(
@@ -66,6 +66,7 @@ def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] |
     sizes = {key: numbers(cells[key], key, lines) for key in ("order", *_columns_of(name))}
     unnamed = [header for header in table_cells if header not in list((columns or {}).values())]
     sd_name, warnings = _deviation_column(cells, unnamed, kind, unit)
+    warnings += series_notes
     if sd_name:
         sizes[sd_name] = numbers(cells[sd_name], sd_name, lines)
     order, radius = sizes["order"], _radius(sizes, name) * _in_metres(unit)
@@ -106,14 +107,23 @@ def _in_metres(unit: str) -> float:
     return headers.METRES.get(unit, 1.0)
 
 
-def _named(table_cells: Mapping[str, Sequence], columns: Mapping[str, str] | None) -> tuple[dict[str, Sequence], set]:
-    """Columns by the names of `headers.NAMES`, and which of them the user named. Raises ValueError for other names."""
+def _named(
+    table_cells: Mapping[str, Sequence], columns: Mapping[str, str] | None
+) -> tuple[dict[str, Sequence], set, list[str]]:
+    """Columns by the names of `headers.NAMES`, which of them the user named, and what is to be said of further series.
+
+    Raises ValueError for other names.
+    """
     if columns is not None and not isinstance(columns, Mapping):
         raise ValueError(f"columns is {shown(columns)}; give a mapping such as {{'diameter_mm': 'D'}}")
     cells, named = {}, set()
+    series = [header for header in table_cells if headers.canonical(header) == "series"]
+    series.sort(key=lambda header: header.lower() != "series")
     for header, column in table_cells.items():
         name = "" if header in list((columns or {}).values()) else headers.canonical(header)
-        if name and name in cells and header != name:
+        if name == "series" and header != series[0]:
+            continue
+        if name and name in cells:
             raise ValueError(f"two columns of the table are {name}; leave one out, or name one with {name}={header}")
         if name:
             cells[name] = column
@@ -129,7 +139,11 @@ def _named(table_cells: Mapping[str, Sequence], columns: Mapping[str, str] | Non
             raise ValueError(f"{name}={header}: the header says {stated}; name it {kind}_{stated}={header}")
         cells[with_unit] = table_cells[header]
         named.add(with_unit)
-    return cells, named
+    notes = []
+    if len(series) > 1 and "series" not in named:
+        further = ", ".join(series[1:])
+        notes = [f"the series are those of {series[0]}; not of {further} (name the column with columns or --column)"]
+    return cells, named, notes
 
 
 def _size_columns(cells: Mapping[str, Sequence], named: set, table_headers: Iterable[str]) -> list[str]:

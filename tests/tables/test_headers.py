@@ -123,3 +123,25 @@ def test_arguments_that_contradict_are_refused_in_one_line(arguments):
     with pytest.raises(ValueError, match=r"give|allowed|leave") as refusal:
         fitting.rings({"order": ORDERS, "diameter_mm": DIAMETERS}, **arguments)
     assert "\n" not in str(refusal.value)
+
+
+def test_a_canonical_name_does_not_displace_another_spelling():
+    radii = np.sqrt(np.arange(1.0, 7) * 589.3e-9)
+    columns = {"order": np.arange(1, 7), "diameter (mm)": 2e3 * radii, "diameter_mm": 2.5e3 * radii}
+    with pytest.raises(ValueError, match="two columns of the table are diameter_mm"):
+        fitting.rings(columns, wavelength=589.3e-9)
+    chosen = fitting.rings(columns, wavelength=589.3e-9, columns={"diameter_mm": "diameter (mm)"})
+    assert chosen.radius == pytest.approx(1.0, rel=1e-5)
+
+
+@pytest.mark.parametrize("labels", [("run", "observer"), ("run", "series")])
+def test_of_several_columns_of_series_one_is_taken(labels):
+    radii = np.tile(np.sqrt(np.arange(1.0, 7) * 589.3e-9), 2)
+    columns = {"order": np.tile(np.arange(1, 7), 2), "radius_m": radii}
+    columns |= {labels[0]: [1] * 6 + [2] * 6, labels[1]: [3] * 6 + [4] * 6}
+    result = fitting.rings(columns, wavelength=589.3e-9)
+    first, second = labels if "series" not in labels else labels[::-1]
+    assert any(f"the series are those of {first}; not of {second}" in text for text in result.warnings)
+    assert ("1: 1" if first == "run" else "3: 1") in result.model["series"]
+    chosen = fitting.rings(columns, wavelength=589.3e-9, columns={"series": second})
+    assert chosen.warnings == []
