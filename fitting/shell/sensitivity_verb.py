@@ -3,15 +3,16 @@
 import csv
 import io
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from fitting.files import output
-from fitting.parameters import knobs, target_first
+from fitting.parameters import knobs
 from fitting.shell import assignments, session
 from fitting.shell.answer import as_png, with_file
 from fitting.shell.progress import progress
-from fitting.studies import Sensitivity, Spread, checked_sds, sensitivity, spread
+from fitting.studies import Sensitivity, Spread, check_spread, sensitivity, spread
 
 _FILES = ("sensitivity.csv", "sensitivity.json", "sensitivity.png")
 _OF_DRAWS = ("spread.csv", "spread.json", "spread.png", "spread.nc")
@@ -37,8 +38,10 @@ def run(
     bench_numbers = knobs(scene, camera)
     names = None if free is None else _names_of(free)
     deviations = assignments.deviations(sd, {name: knob.unit for name, knob in bench_numbers.items()})
+    request: dict[str, Any] = {"target": target, "free": names, "path": files[-1] if files else None}
+    request["draws"] = _DRAWS if draws is None else draws
     if deviations:
-        checked_sds(bench_numbers, deviations, target_first(bench_numbers, target, names), draws or _DRAWS)
+        check_spread(scene, camera, deviations, **request)
     elif draws is not None:
         raise ValueError("--draws needs --sd NAME=SD, which says what is drawn")
     with progress("differentiating"):
@@ -47,17 +50,7 @@ def run(
     if files:
         _write(files, _contents(with_file(result, path), _csv(result)), force)
     if deviations:
-        file = files[-1] if files else None
-        scatter = spread(
-            scene,
-            camera,
-            deviations,
-            target=target,
-            free=names,
-            draws=draws or _DRAWS,
-            path=file,
-            progress=True,
-        )
+        scatter = spread(scene, camera, deviations, **request, progress=True)
         print(scatter)
         if files:
             _write(files[len(_FILES) :], _contents(with_file(scatter, path), _shares_csv(scatter)), force)

@@ -13,7 +13,7 @@ from fitting.studies.refusal import exit_status as exit_status
 from fitting.studies.sensitivities import derivative_images as derivative_images
 from fitting.studies.sensitivities import sensitivity as sensitivity
 from fitting.studies.sensitivity_result import Sensitivity as Sensitivity
-from fitting.studies.sobol import checked_sds as checked_sds
+from fitting.studies.sobol import check_spread as check_spread
 from fitting.studies.sobol import spread as spread
 from fitting.studies.spread_result import Spread as Spread
 from fitting.studies.timing import tradeoff as tradeoff

@@ -76,23 +76,16 @@ def spread(
     require_whole("seed", seed, 0, 2**32 - 1)
     free = target_first(every_knob, target, free)
     target, *beside = free
-    sds = checked_sds(every_knob, sd, free, draws)
-    numbers = chosen(every_knob, tuple(sd))
+    sds = _checked_sds(every_knob, sd, free, draws)
     slopes_of_fit = sensitivity(scene, camera, target=target, free=free, noise=noise)
     slopes = {part.name: part.slope for part in slopes_of_fit.neglected}
-    centre = np.array([knob.value for knob in numbers.values()])
-    rows = centre + np.array(list(sds.values())) * _unit_rows(len(sds), draws, seed)
+    rows = _rows(every_knob, sds, draws, seed)
     # Image and model on the same nodes: what these leave out cancels.
     method = fine_nodes(scene, camera, 1e-6, 5)
-    study = {
-        "scene": scene_text(scene, camera),
-        "known": ", ".join(f"{name} {size!r}" for name, size in sds.items()),
-        "fit": f"{', '.join(free)}; noise {noise}; {method}; {draws} draws of seed {seed}; newtonjax {__version__}",
-    }
     file = None
     if path is not None:
-        units = {name: every_knob[name].unit for name in (*sds, target)}
-        file = DrawsFile(Path(path), dict(zip(sds, rows.T, strict=True)), target, units, study)
+        study = _study(scene, camera, sds, f"{', '.join(free)}; noise {noise}; {method}; {draws} draws of seed {seed}")
+        file = _draws_file(Path(path), every_knob, sds, rows, target, study)
     fits = _BatchedFits(scene, camera, tuple(sds), free, noise, method.nodes)
     with progress_of(progress, "fitting") as done:
         targets = _run_batches(fits, rows, file, done)
@@ -121,7 +114,46 @@ def spread(
     )
 
 
-def checked_sds(every_knob: dict[str, Knob], sd: Deviations, free: tuple[str, ...], draws: int) -> dict[str, float]:
+def check_spread(
+    scene: Scene,
+    camera: Camera,
+    sd: Deviations,
+    *,
+    target: str | None = None,
+    free: Sequence[str] | None = None,
+    draws: int = 128,
+    path: str | Path | None = None,
+) -> None:
+    """Raise ValueError, before the work starts, where `spread` would for its numbers, or for the file that is there."""
+    every_knob = knobs(scene, camera)
+    free = target_first(every_knob, target, free)
+    sds = _checked_sds(every_knob, sd, free, draws)
+    if path is not None and Path(path).exists():
+        method = fine_nodes(scene, camera, 1e-6, 5)
+        study = _study(scene, camera, sds, f"{', '.join(free)}; noise None; {method}; {draws} draws of seed 0")
+        _draws_file(Path(path), every_knob, sds, _rows(every_knob, sds, draws, 0), free[0], study)
+
+
+def _rows(every_knob: dict[str, Knob], sds: dict[str, float], draws: int, seed: int) -> np.ndarray:
+    """The given numbers of every fit [fits, numbers]."""
+    centre = np.array([every_knob[name].value for name in sds])
+    return centre + np.array(list(sds.values())) * _unit_rows(len(sds), draws, seed)
+
+
+def _study(scene: Scene, camera: Camera, sds: dict[str, float], fit: str) -> dict[str, str]:
+    """What says in a file which study its draws are of."""
+    given = ", ".join(f"{name} {size!r}" for name, size in sds.items())
+    return {"scene": scene_text(scene, camera), "known": given, "fit": f"{fit}; newtonjax {__version__}"}
+
+
+def _draws_file(
+    path: Path, every_knob: dict[str, Knob], sds: dict[str, float], rows: np.ndarray, target: str, study: dict[str, str]
+) -> DrawsFile:
+    units = {name: every_knob[name].unit for name in (*sds, target)}
+    return DrawsFile(path, dict(zip(sds, rows.T, strict=True)), target, units, study)
+
+
+def _checked_sds(every_knob: dict[str, Knob], sd: Deviations, free: tuple[str, ...], draws: int) -> dict[str, float]:
     """Standard deviations by name [unit of the number]; refuses as `spread` does what it cannot study."""
     if not (isinstance(draws, int | np.integer) and draws >= _LEAST and draws & (draws - 1) == 0):
         raise ValueError(f"draws is {shown(draws)}; allowed: a power of two from {_LEAST} on, such as 128")

@@ -164,4 +164,9 @@ def test_the_verb_prints_shares_and_writes_the_draws(tmp_path, capsys):
         capsys, "sensitivity", path, "--free", "gap,pixel_size", status=3
     )
     assert "--draws needs --sd" in refusal(capsys, "sensitivity", path, "--draws", "64")
-    assert "allowed: a power of two" in refusal(capsys, *asked[:-1], "48")
+    for draws in ("48", "0", "-32"):
+        assert "allowed: a power of two" in refusal(capsys, *asked[:-1], draws)
+    before = {path: path.read_bytes() for path in folder.iterdir()}
+    of_another_study = (*asked[:-1], "64", "--output-dir", folder, "--force")
+    assert "holds draws of another study" in refusal(capsys, *of_another_study)
+    assert {path: path.read_bytes() for path in folder.iterdir()} == before
