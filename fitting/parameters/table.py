@@ -35,6 +35,11 @@ class ParameterSpec:
         """Its key in JSON, the unit at its end: "radius_sd_m" of the suffix "sd"."""
         return "_".join(f"{self.name} {suffix}{self.in_unit}".split())
 
+    @property
+    def sd_key(self) -> str:
+        """The key of a standard deviation in JSON: "sd_m"; "sd" where there is no unit."""
+        return "_".join(f"sd{self.in_unit}".split())
+
 
 _SPECS = (
     ParameterSpec("radius", "R", "m", RADIUS[:2], True, "a lens of better known radius"),

@@ -190,7 +190,7 @@ def scale(
     reticle: Annotated[Path, typer.Argument(metavar="RETICLE", help="Photograph of a ruled grid, at any angle.")],
     division: Annotated[float, option(quantities.positive_length, "LENGTH", "Distance of two lines of the grid.")],
     division_sd: Annotated[
-        float | None, option(quantities.length_from_zero, "LENGTH", "Standard deviation of that distance.")
+        Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of that distance.")
     ] = None,
     transfer: Transfer = None,
     page: Page = None,
@@ -220,7 +220,7 @@ def rings(
         float | None, option(quantities.positive_length, "LENGTH", "A known radius: then the wavelength comes out.")
     ] = None,
     radius_sd: Annotated[
-        float | None, option(quantities.length_from_zero, "LENGTH", "Standard deviation of the known radius.")
+        Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of the known radius.")
     ] = None,
     view: View = None,
     bright: Annotated[bool, typer.Option("--bright", help="The readings are of bright rings.")] = False,

@@ -16,12 +16,12 @@ from fitting.shell.progress import progress
 
 
 class FitOptions(NamedTuple):
-    """What the user knows, in SI; None for what was not given."""
+    """What the user knows, in SI, standard deviations also as percentages; None for what was not given."""
 
     wavelength: Wavelength | None = None
     pixel_size: float | None = None
-    wavelength_sd: float | None = None
-    pixel_size_sd: float | None = None
+    wavelength_sd: float | str | None = None
+    pixel_size_sd: float | str | None = None
     radius: float | None = None
     view: str | None = None
     scene: Path | None = None
@@ -31,7 +31,7 @@ class FitOptions(NamedTuple):
     mask: Path | None = None
     mcmc: bool = False
     plate_radius: float | None = None
-    plate_radius_sd: float | None = None
+    plate_radius_sd: float | str | None = None
     page: int | None = None
 
 

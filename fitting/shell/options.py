@@ -75,10 +75,8 @@ ScreenPixel = Annotated[
     float | None,
     option(quantities.positive_length, "LENGTH", "Distance of pixel centres on the screen.", "5um"),
 ]
-PixelSd = Annotated[
-    float | None, option(quantities.length_from_zero, "LENGTH", "Standard deviation of the pixel size.")
-]
-WaveSd = Annotated[float | None, option(quantities.length_from_zero, "LENGTH", "Standard deviation of the wavelength.")]
+PixelSd = Annotated[Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of the pixel size.")]
+WaveSd = Annotated[Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of the wavelength.")]
 View = Annotated[
     Literal["reflected", "transmitted"] | None,
     typer.Option(help="Side that the rings are seen on.", show_default="reflected"),
@@ -104,9 +102,7 @@ PlateRadius = Annotated[
     float | None,
     option(quantities.length, "LENGTH", "Radius of a curved plate, negative where it is hollow to the lens.", "flat"),
 ]
-PlateSd = Annotated[
-    float | None, option(quantities.length_from_zero, "LENGTH", "Standard deviation of the plate's radius.")
-]
+PlateSd = Annotated[Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of the plate's radius.")]
 Page = Annotated[
     int | None,
     typer.Option(min=1, help="Of a file with several pictures (TIFF, GIF, WebP, PNG, .npy).", show_default="1"),

@@ -56,11 +56,16 @@ def positive_length(text: str) -> float:
     return value
 
 
-def length_from_zero(text: str) -> float:
-    """Metres of a length that may be zero, as a standard deviation may; errors as in `length`."""
+def length_sd(text: str) -> float | str:
+    """Metres of a standard deviation of a length, or the text of a percentage; errors as in `length`."""
+    if text.strip().endswith("%"):
+        match = _NUMBER.fullmatch(text.strip())
+        if not match or match[2] != "%" or not 0 <= float(match[1]) < math.inf:
+            raise ValueError(f"{text!r} is no percentage; give zero or more, as in 0.1%")
+        return text.strip()
     value = length(text)
     if value < 0:
-        raise ValueError(f"{text!r} is negative; give zero or more, in {_EXAMPLES['length']}")
+        raise ValueError(f"{text!r} is negative; give zero or more, in {_EXAMPLES['length']}, or as in 0.1%")
     return value
 
 

@@ -83,7 +83,10 @@ def test_index_of_a_liquid_is_measured_when_named_free():
     result = fitting.fit(image, radius=0.3, free=("gap_index",), **GIVEN)
     index = result.parameters["gap_index"]
     assert abs(index.value - 1.333) < 4 * index.sd
-    assert result.to_dict()["gap_index"] == index.value
+    answer = result.to_dict()
+    assert answer["gap_index"] == index.value
+    assert [set(row) for row in answer["budget"]] == [{"source", "sd"}] * len(result.budget)
+    assert fitting.FitResult.from_dict(answer).budget == result.budget
 
 
 def test_standard_deviations_of_scale_and_wavelength_enter_the_budget(fitted):

@@ -167,6 +167,13 @@ def test_quantities_reach_the_fit_in_si(fitted):
     }
 
 
+def test_a_percentage_of_a_length_reaches_the_fit(fitted):
+    options = "--wavelength 589nm --wavelength-sd 0.1% --pixel-size-sd 2%"
+    assert main(["fit", fitted.photo, *options.split()]) == 0
+    (_, arguments) = fitted.calls[0]
+    assert (arguments["wavelength_sd"], arguments["pixel_size_sd"]) == ("0.1%", "2%")
+
+
 def test_a_scene_file_gives_what_was_not_given(fitted, tmp_path, capsys):
     scene = tmp_path / "scene.toml"
     bench = nj.newton_rings(2.0, 500e-9, ambient_index=1.00027, view="transmitted", screen=1e-3)

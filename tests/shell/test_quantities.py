@@ -72,9 +72,9 @@ def test_a_pixel_size_is_above_zero(text):
 
 
 def test_a_standard_deviation_may_be_zero_but_not_negative():
-    assert quantities.length_from_zero("0nm") == 0.0
+    assert quantities.length_sd("0nm") == 0.0
     with pytest.raises(ValueError, match="is negative"):
-        quantities.length_from_zero("-1nm")
+        quantities.length_sd("-1nm")
 
 
 @given(st.floats(1e-12, 1e12), st.sampled_from([("nm", 1e-9), ("um", 1e-6), ("mm", 1e-3), ("m", 1.0)]))
@@ -107,3 +107,11 @@ def test_a_named_line_is_in_air_where_air_counts_as_one():
 def test_an_unknown_line_is_refused_with_the_lines_offered():
     with pytest.raises(ValueError, match="sodium, sodium-d1"):
         lamps.wavelength("sodiom")
+
+
+def test_a_standard_deviation_of_a_length_may_be_a_percentage():
+    assert quantities.length_sd(" 0.1% ") == "0.1%"
+    assert quantities.length_sd("5nm") == pytest.approx(5e-9)
+    for text in ("-1%", "1e999%", "%", "a%", "1nm%"):
+        with pytest.raises(ValueError, match="is no percentage; give zero or more"):
+            quantities.length_sd(text)
