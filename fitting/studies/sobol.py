@@ -127,11 +127,12 @@ def check_spread(
     """Raise ValueError, before the work starts, where `spread` would for its numbers, or for the file that is there."""
     every_knob = knobs(scene, camera)
     free = target_first(every_knob, target, free)
+    target, *_ = free
     sds = _checked_sds(every_knob, sd, free, draws)
     if path is not None and Path(path).exists():
         method = fine_nodes(scene, camera, 1e-6, 5)
         study = _study(scene, camera, sds, f"{', '.join(free)}; noise None; {method}; {draws} draws of seed 0")
-        _draws_file(Path(path), every_knob, sds, _rows(every_knob, sds, draws, 0), free[0], study)
+        _draws_file(Path(path), every_knob, sds, _rows(every_knob, sds, draws, 0), target, study)
 
 
 def _rows(every_knob: dict[str, Knob], sds: dict[str, float], draws: int, seed: int) -> np.ndarray:
