@@ -1,9 +1,11 @@
 """Columns of a table: from a CSV file, or from what a program holds, to lists of cells by header."""
 
+import codecs
 import csv
 import math
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,12 @@ import numpy as np
 from fitting.tables.headers import NAMES
 
 _WHAT = "give the path of a CSV file with a header, or columns by name such as {'order': [1, 2], 'diameter_mm': [3, 4]}"
+
+# Excel says its delimiter in a line of its own.
+_SEPARATOR = re.compile(r'\s*"?sep=([,;\t|]?).?"?\s*', re.IGNORECASE)
+_DECIMAL_COMMA = re.compile(r"-?\d+,(\d+)")
+# Characters that no table has.
+_NO_TEXT = re.compile(r"[\x00-\x08\x0e-\x1b\x7f\ufffe\uffff]")
 
 
 def columns_of(table: Any) -> tuple[dict[str, Sequence], list[int]]:
@@ -65,16 +73,13 @@ def _of_mapping(table: Mapping) -> tuple[dict[str, Sequence], list[int]]:
 def _of_file(path: Path) -> tuple[dict[str, Sequence], list[int]]:
     if not path.is_file():
         raise FileNotFoundError(f"{path} is no file; give the path of a table of ring readings (CSV with a header)")
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise ValueError(f"{path} is no text; give a table of ring readings (CSV with a header)") from None
-    # Excel says its delimiter in a first line of its own.
-    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if not re.fullmatch(r"sep=.?", line.strip())]
-    rows = [(n, line) for n, line in lines if line.strip() and not line.lstrip().startswith("#")]
+    lines = _text_of(path).splitlines()
+    separators = [_SEPARATOR.fullmatch(line) for line in lines]
+    numbered = [(n, line) for n, line in enumerate(lines, 1) if separators[n - 1] is None]
+    rows = [(n, line) for n, line in numbered if line.strip() and not line.lstrip().startswith("#")]
     if len(rows) < 2:
         raise ValueError(f"{path} holds no readings; give a header and one row a ring")
-    delimiter = max(",;\t", key=rows[0][1].count)
+    delimiter = next((match[1] for match in separators if match and match[1]), _delimiter_of(rows[0][1]))
     try:
         header, *body = csv.reader([line for _, line in rows], delimiter=delimiter)
     except csv.Error as error:
@@ -88,6 +93,42 @@ def _of_file(path: Path) -> tuple[dict[str, Sequence], list[int]]:
     if any(len(row) != len(names) for row in body):
         bad = next(n for (n, _), row in zip(rows[1:], body, strict=True) if len(row) != len(names))
         raise ValueError(f"{path}, line {bad}: its number of cells is not the header's {len(names)}")
+    columns = [[row[k] for row in body] for k in range(len(names))]
     if delimiter != ",":
-        body = [[cell.replace(",", ".") for cell in row] for row in body]
-    return {name: [row[k] for row in body] for k, name in enumerate(names)}, [n for n, _ in rows[1:]]
+        columns = [[cell.replace(",", ".") for cell in column] for column in columns]
+    cells = {name: _with_points(column) for name, column in zip(names, columns, strict=True)}
+    return cells, [n for n, _ in rows[1:]]
+
+
+def _text_of(path: Path) -> str:
+    """A file's text: UTF-8, UTF-16 with a byte-order mark, or what Windows writes in the West; else ValueError."""
+    content = path.read_bytes()
+    encodings = (
+        ("utf-16",) if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else ("utf-8-sig", "cp1252")
+    )
+    for encoding in encodings:
+        with suppress(UnicodeDecodeError):
+            text = content.decode(encoding)
+            if not _NO_TEXT.search(text):
+                return text
+    raise ValueError(f"{path} is no text; give a table of ring readings (CSV with a header)")
+
+
+def _delimiter_of(header: str) -> str:
+    """Tab or semicolon where the header has any, for then commas are within its names; else comma."""
+    outside_quotes = re.sub(r'"[^"]*"', "", header)
+    delimiter = max(";\t", key=outside_quotes.count)
+    return delimiter if delimiter in outside_quotes else ","
+
+
+def _with_points(column: list[str]) -> list[str]:
+    """Cells with a point for a decimal comma, where each is a whole number with decimals.
+
+    Three decimals each, beside whole numbers, may be thousands: these are left, and are no numbers.
+    """
+    with_comma = [_DECIMAL_COMMA.fullmatch(cell.strip()) for cell in column]
+    decimals = {len(match[1]) for match in with_comma if match}
+    has_whole_numbers = any(cell.strip().lstrip("-").isdigit() for cell in column)
+    if not decimals or (decimals == {3} and has_whole_numbers):
+        return column
+    return [cell.replace(",", ".") if match else cell for cell, match in zip(column, with_comma, strict=True)]
