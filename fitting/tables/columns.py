@@ -96,7 +96,7 @@ def _of_file(path: Path) -> tuple[dict[str, Sequence], list[int]]:
     columns = [[row[k] for row in body] for k in range(len(names))]
     if delimiter != ",":
         columns = [[cell.replace(",", ".") for cell in column] for column in columns]
-    cells = {name: _with_points(column) for name, column in zip(names, columns, strict=True)}
+    cells: dict[str, Sequence] = {name: _with_points(column) for name, column in zip(names, columns, strict=True)}
     return cells, [n for n, _ in rows[1:]]
 
 
