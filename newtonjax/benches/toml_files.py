@@ -13,7 +13,7 @@ import tomli_w
 
 from newtonjax.benches import lens_on_plate
 from newtonjax.benches.arguments import BENCHES, Argument, arguments_of, refuse_old_names
-from newtonjax.numerics import Scalar, Vector2, Vector3, shown
+from newtonjax.numerics import Scalar, Vector2, Vector3, require_concrete, shown
 from newtonjax.scene import Camera, CollectingLens, Light, Scene, Shield, Surface, word_of
 
 Three = tuple[float, float, float]
@@ -85,6 +85,8 @@ _File = msgspec.defstruct(
     omit_defaults=True,
 )
 _FIELDS = {name: struct.__struct_fields__ for name, struct in {**_READY, **_STRUCTS}.items()}
+# Of what msgspec speaks: the place at the end of its text, as a field that it quotes may hold anything.
+_PLACE = re.compile(r" - at `\$([.\w\[\]]*)`\Z")
 _BY_HAND = ("surfaces", "media", "beams", "light", "screen")
 _BESIDE = ("shield", "collecting_lens")  # what a scene by hand may have as well
 
@@ -121,16 +123,28 @@ def _convert(content: dict) -> Any:
     try:
         return msgspec.convert(content, _File)
     except msgspec.ValidationError as error:
-        problem, _, place = str(error).partition(" - at `$")
-        names, value, takes = re.findall(r"\w+", place), content, _File.__struct_fields__
-        for name in names:
-            value = value[int(name)] if isinstance(value, list) else value[name]
-            takes = _FIELDS.get(name, takes) if name == names[0] else ()
-        where = place.strip(".`") or "file"
+        at = _PLACE.search(str(error))
+        problem, place = (str(error)[: at.start()], at[1]) if at else (str(error), "")
+        value, takes = content, _File.__struct_fields__
+        for name in re.findall(r"\w+", place):
+            value = value[int(name)] if isinstance(value, list | tuple) else value[name]
+            takes = takes if name.isdecimal() else _FIELDS.get(name, ())
+        where = place.strip(".") or "file"
         if isinstance(value, dict):
             advice = f"; it takes {', '.join(takes)}" if takes else ""
-            raise ValueError(f"[{where}] {problem}{advice}") from None
-        raise ValueError(f"{where} is {value!r}; allowed: {problem.removeprefix('Expected ')}") from None
+            raise ValueError(f"{_heading(where)} {_in_one_line(problem)}{advice}") from None
+        raise ValueError(f"{where} is {shown(value)}; allowed: {problem.removeprefix('Expected ')}") from None
+
+
+def _heading(where: str) -> str:
+    """How a message names a table: [camera], surfaces[1]."""
+    return where if where.endswith("]") else f"[{where}]"
+
+
+def _in_one_line(problem: str) -> str:
+    """What msgspec says, which quotes a field that it does not know as long as that is."""
+    text = " ".join(problem.split())
+    return text if len(text) <= 120 else f"{text[:117]}..."
 
 
 def _scene(table: Any) -> Scene:
@@ -147,21 +161,26 @@ def _scene(table: Any) -> Scene:
     if missing := [name for name in _BY_HAND if getattr(table, name) is None]:
         raise ValueError(f"{', '.join(missing)} missing; a scene by hand takes {', '.join(_BY_HAND)}")
     return Scene(
-        surfaces=tuple(Surface(**msgspec.structs.asdict(surface)) for surface in table.surfaces),
+        surfaces=tuple(_made("surfaces", surface, f"surfaces[{k}]") for k, surface in enumerate(table.surfaces)),
         media=table.media,
         beams=tuple(word_of(beam, len(table.surfaces)) for beam in table.beams),
         **{name: _made(name, getattr(table, name)) for name in ("light", "screen", *_BESIDE)},
     )
 
 
-def _made(name: str, table: msgspec.Struct | None) -> Any:
-    return None if table is None else _PARTS[name](**msgspec.structs.asdict(table))
+def _made(name: str, table: msgspec.Struct | None, where: str | None = None) -> Any:
+    """A part of a bench, or the camera, of its table. Raises ValueError with the table's name."""
+    try:
+        return None if table is None else _PARTS[name](**msgspec.structs.asdict(table))
+    except ValueError as error:
+        raise ValueError(f"{_heading(where or name)} {str(error).removeprefix(f'{name}.')}") from None
 
 
 def save_scene(path: str | Path, scene: Scene, camera: Camera | None = None, *, force: bool = False) -> None:
     """Write a scene, surface by surface, and a camera to a TOML file; `load_scene` gives back the same numbers.
 
-    Raises FileExistsError for an existing file unless `force`, ValueError for what is no scene or no camera.
+    Raises FileExistsError for an existing file unless `force`, ValueError for what is no scene or no camera, for
+    traced numbers and for a batch of scenes.
     """
     for name, value, kind in (("scene", scene, Scene), ("camera", camera, Camera | None)):
         if not isinstance(value, kind):
@@ -178,7 +197,8 @@ def _path(path) -> Path:
 
 
 def scene_text(scene: Scene, camera: Camera | None = None) -> str:
-    """What `save_scene` writes."""
+    """What `save_scene` writes. Raises ValueError for traced numbers and for a batch of scenes."""
+    require_concrete("a file of a scene", scene, camera)
     table = _File(
         surfaces=tuple(_table("surfaces", surface) for surface in scene.surfaces),
         media=_plain(scene.media),
@@ -186,7 +206,12 @@ def scene_text(scene: Scene, camera: Camera | None = None) -> str:
         **{name: _table(name, getattr(scene, name)) for name in ("light", "screen", *_BESIDE)},
         camera=_table("camera", camera),
     )
-    return tomli_w.dumps(_without_none(msgspec.to_builtins(table)))
+    content = _without_none(msgspec.to_builtins(table))
+    try:
+        _convert(content)
+    except ValueError as error:
+        raise ValueError(f"{error} (a file holds one scene, not a batch)") from None
+    return tomli_w.dumps(content)
 
 
 def _table(name: str, part: Any) -> msgspec.Struct | None:

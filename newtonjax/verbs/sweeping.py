@@ -87,7 +87,7 @@ def _numbers(name: str, value) -> np.ndarray:
         numbers = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         raise ValueError(
-            f"values: {name} is {value!r}; allowed: numbers (give the bench what is none by functools.partial)"
+            f"values: {name} is {shown(value)}; allowed: numbers (give the bench what is none by functools.partial)"
         ) from None
     if numbers.ndim > 1:
         raise ValueError(f"values: {name} has shape {numbers.shape}; allowed: an array of one axis, or a number")

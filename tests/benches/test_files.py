@@ -8,6 +8,16 @@ from hypothesis import strategies as st
 
 import newtonjax as nj
 
+BY_HAND = """media = [1.0, 1.5, 1.0]
+beams = ['R0', 'T0 R1 T0']
+[[surfaces]]
+[[surfaces]]
+curvature = 2.0
+[screen]
+[light]
+wavelength = 5e-7
+"""
+
 
 def assert_same(one, other):
     """The same tree, and every number the same to the last bit."""
@@ -116,6 +126,25 @@ def test_a_ready_bench_in_a_file_is_the_one_that_the_call_makes(tmp_path):
         ("[camera]\nshape = [4, 4]\npixel_size = 1e-6", ["neither", "one of [newton_rings]"]),
         ("beams = ['R0']\nmedia = [1.0, 1.5]", ["missing; a scene by hand takes surfaces, media, beams"]),
         ("radius = = 2", ["Invalid value"]),
+        (
+            "[newton_rings]\n[camera]\nshape = [4, 4]\npixel_size = -1.0",
+            ["[camera] pixel_size is -1.0; allowed: a positive length"],
+        ),
+        (
+            BY_HAND.replace("curvature = 2.0", "curvature = nan"),
+            ["surfaces[1] curvature is nan; allowed: a finite number"],
+        ),
+        (
+            BY_HAND.replace("curvature = 2.0", "curvatur = 2.0"),
+            ["surfaces[1] Object contains unknown field `curvatur`; it takes curvature, vertex, tilt"],
+        ),
+        (BY_HAND + "tilt = [0.0, 9.0]", ["[light] tilt is array([0., 9.]); allowed: angles whose light"]),
+        (
+            BY_HAND + "[shield]\nradius = 0.0",
+            ["[shield] radius is 0.0; allowed: a positive radius"],
+        ),
+        ('[newton_rings]\n"x - at `$.a`" = 1', ["[newton_rings]", "unknown field `x - at `$.a``; it takes radius"]),
+        ('"x - at `$.a`" = 1', ["[file]", "unknown field `x - at `$.a``; it takes newton_rings"]),
     ],
 )
 def test_a_bad_file_is_refused_with_its_name_the_field_and_what_is_allowed(tmp_path, text, messages):
@@ -125,6 +154,14 @@ def test_a_bad_file_is_refused_with_its_name_the_field_and_what_is_allowed(tmp_p
         nj.load_scene(path)
     for message in messages:
         assert message in str(refusal.value)
+
+
+@pytest.mark.parametrize("text", [f"[newton_rings]\nradius = '{'a' * 5000}'", f"[newton_rings]\n{'a' * 5000} = 1"])
+def test_a_long_value_is_not_echoed_whole(tmp_path, text):
+    (tmp_path / "long.toml").write_text(text)
+    with pytest.raises(ValueError, match=r"a\.\.\.") as refusal:
+        nj.load_scene(tmp_path / "long.toml")
+    assert len(str(refusal.value)) < 700
 
 
 @pytest.mark.parametrize("text", ["[newton_rings]\nradius = nan", "[newton_rings]\nwavelength = inf"])
@@ -155,6 +192,21 @@ def test_a_byte_order_mark_is_no_part_of_a_file(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text("[newton_rings]\nradius = 2.0\n", encoding="utf-8-sig")
     assert nj.load_scene(path)[0].surfaces[1].curvature == 0.5
+
+
+def test_what_is_not_one_scene_leaves_no_file(tmp_path):
+    path = tmp_path / "scene.toml"
+    batch = jax.vmap(nj.newton_rings)(np.array([1.0, 2.0]))
+    with pytest.raises(ValueError, match=r"is \(0.0, 0.0\); allowed: .*\(a file holds one scene, not a batch\)$"):
+        nj.save_scene(path, batch)
+    cameras = jax.vmap(lambda size: nj.Camera((2, 2), size))(np.array([1e-6, 2e-6]))
+    with pytest.raises(ValueError, match=r"camera.pixel_size is \(1e-06, 2e-06\); allowed: `float`"):
+        nj.save_scene(path, nj.newton_rings(), cameras)
+    with pytest.raises(
+        ValueError, match="a file of a scene needs numbers, but the scene or the camera is being traced"
+    ):
+        jax.jit(lambda radius: nj.save_scene(path, nj.newton_rings(radius)))(1.0)
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.usefixtures("untyped")
