@@ -13,7 +13,7 @@ from fitting.tables.doubts import doubts
 from fitting.tables.line import Line, ring_line
 from fitting.tables.ring import Ring
 from fitting.tables.sample import Sample
-from fitting.tables.series import SeriesSpread, are_counted_apart, series_in, series_spread
+from fitting.tables.series import SeriesSpread, are_counted_apart, mixed_sizes, series_in, series_spread
 from fitting.tables.sphere import line_on_sphere, on_sphere
 from fitting.tables.table import Readings
 
@@ -63,6 +63,8 @@ class Judgement:
         """Status, message and the values of the result by name."""
         if (count := len(np.unique(self.read.order))) < 2:
             return "refused", f"readings of {count} ring; a {self.bench.measured} needs at least two orders", {}
+        if self.series is not None and (mixed := mixed_sizes(self._flat(), self.series, self.read.column)):
+            return "refused", f"{mixed}; set them right in the table", {}
         bench, fitted = self.bench, self._line()
         if fitted is None:
             return "refused", "the ring radii exceed the lens radius that they imply; check the units", {}
@@ -89,10 +91,13 @@ class Judgement:
             return "no-scale", message, values | {"fringe_scale_per_px2": 1 / line.slope}
         return self._answer(line, values)
 
+    def _flat(self) -> Sample:
+        """The readings with r² for ordinate."""
+        return Sample(self.read.order, self.radius, self.radius**2, self.sd, self.rounding)
+
     def _line(self) -> tuple[Line, Sample] | None:
         """The line on the sphere whose radius is known or measured; in pixels without a scale that of r²."""
-        order, radius, bench = self.read.order, self.radius, self.bench
-        flat = Sample(order, radius, radius**2, self.sd, self.rounding)
+        order, radius, bench, flat = self.read.order, self.radius, self.bench, self._flat()
         apart = self.series is not None and are_counted_apart(flat, self.series)
         number = self.series.number if self.series and apart else None
         if apart:

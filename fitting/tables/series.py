@@ -13,6 +13,8 @@ from fitting.tables.sample import Sample
 _ALARM, _ALARM_COUNT = 0.005, 0.002
 # Fewer rings make no series that is found by its place alone; more series than these are no series.
 _RINGS, _MOST = 3, 50
+# A series in diameters among radii has four times the slope, to this share and beyond so many standard deviations.
+_SHARE, _BEYOND = 0.1, 10.0
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,32 @@ def are_counted_apart(sample: Sample, series: Series) -> bool:
     return bool(stats.f.sf((common.chi2 - apart.chi2) / steps / variance, steps, apart.freedom) < _ALARM_COUNT)
 
 
+def mixed_sizes(sample: Sample, series: Series, column: str) -> str:
+    """That a series is in diameters among ones in radii, or in radii among diameters; "" where none is.
+
+    `column`: what sizes were read from. Its word tells which of two series is mistaken.
+    """
+    line = sample.line(group=series.number)
+    spreads, slopes, residual = _slopes_apart(line, series.number)
+    freedom = len(residual) - 2 * len(slopes)
+    if freedom < 1 or np.any(spreads <= 0) or np.any(slopes <= 0):
+        return ""
+    sds = np.sqrt(max(float(line.weight @ residual**2) / freedom, sample.floor) / spreads)
+    is_of_radii = column.startswith("radius")
+    # Of two series the one that is not what the column says is the odd one.
+    usual = float(np.median(slopes)) if len(slopes) > 2 else float(slopes.min() if is_of_radii else slopes.max())
+    texts = []
+    for factor, look in ((4.0, "diameters among radii"), (0.25, "radii among diameters")):
+        is_odd = np.abs(slopes / (factor * usual) - 1) < _SHARE
+        is_odd &= np.abs(slopes - usual) > _BEYOND * sds
+        odd = [name for name, is_mixed in zip(series.names, is_odd, strict=True) if is_mixed]
+        if odd:
+            ratio = f"{float(np.median(slopes[is_odd])) / usual:#.2g}"
+            verb, remaining = ("are" if len(odd) > 1 else "is"), ("others" if len(slopes) - len(odd) > 1 else "other")
+            texts.append(f"series {', '.join(odd)} {verb} {ratio} times the {remaining} in r²: {look}")
+    return "; ".join(texts)
+
+
 @dataclass(frozen=True)
 class SeriesSpread:
     """The slopes of the series, and the sd of their mean by what they differ beyond reading errors, with its freedom.
@@ -74,12 +102,9 @@ def series_spread(line: Regression, number: np.ndarray, variance: float, common:
     `number` [readings of the line]: the series; `variance`: of a reading of unit weight. `common`: the error of a ring
     is that of all its readings, so that reading errors do not make series differ, and all of their difference counts.
     """
-    apart = regression(line.order, line.y, line.weight, number)
-    spreads = np.bincount(number, line.weight * apart.centred**2)
+    spreads, slopes, residual = _slopes_apart(line, number)
     if len(spreads) < 2 or np.any(spreads <= 0):
         return None
-    slopes = apart.slope + np.bincount(number, line.weight * apart.centred * apart.residual) / spreads
-    residual = apart.residual - (slopes - apart.slope)[number] * apart.centred
     count, freedom = len(slopes), len(number) - 2 * len(slopes)
     if freedom > 0:
         variance = max(float(line.weight @ residual**2) / freedom, 1e-300)
@@ -91,3 +116,15 @@ def series_spread(line: Regression, number: np.ndarray, variance: float, common:
     excess = max(square - (count - 1) * variance, 0.0) / (spreads.sum() - spreads @ spreads / spreads.sum())
     sd = float(np.sqrt(excess * (spreads @ spreads))) / spreads.sum()
     return SeriesSpread(slopes, sd, count - 1, chance)
+
+
+def _slopes_apart(line: Regression, number: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Spread of the orders and slope [series], and residuals [readings], of a line for each series.
+
+    The slope of a series without spread is that of all.
+    """
+    apart = regression(line.order, line.y, line.weight, number)
+    spreads = np.bincount(number, line.weight * apart.centred**2)
+    moments = np.bincount(number, line.weight * apart.centred * apart.residual)
+    change = np.divide(moments, spreads, out=np.zeros(len(spreads)), where=spreads > 0)
+    return spreads, apart.slope + change, apart.residual - change[number] * apart.centred

@@ -284,3 +284,27 @@ def test_pixels_without_a_scale_are_warned_of_in_shares():
     missed = float(re.search(r"([\d.]+) m \(1 missed", " ".join(in_metres.warnings))[1])
     share = float(re.search(r"([\d.]+) % smaller", text)[1])
     assert share == pytest.approx(100 * (1 - missed / in_metres.radius), abs=0.1)
+
+
+@pytest.mark.parametrize("by_column", [True, False])
+@pytest.mark.parametrize(
+    ("count", "odd", "column", "words"),
+    [
+        (5, 4, "radius_mm", "is 4.0 times the others in r²: diameters among radii"),
+        (2, 0, "radius_mm", "is 4.0 times the other in r²: diameters among radii"),
+        (5, 0, "diameter_mm", "is 0.25 times the others in r²: radii among diameters"),
+        (2, 1, "diameter_mm", "is 0.25 times the other in r²: radii among diameters"),
+    ],
+)
+def test_a_series_of_another_size_is_named(count, odd, column, words, by_column):
+    rng = np.random.default_rng(0)
+    order, number = np.tile(np.arange(1.0, 13), count), np.repeat(np.arange(count), 12)
+    sizes = np.sqrt(order * WAVELENGTH) * 1e3 * (1 if column == "radius_mm" else 2)
+    factor = np.where(number == odd, 2 if column == "radius_mm" else 0.5, 1.0)
+    columns = {"order": order, column: sizes * factor + 2e-3 * rng.normal(size=len(order))}
+    if by_column:
+        columns["series"] = np.array(list("abcde"))[number]
+    result = fitting.rings(columns, wavelength=WAVELENGTH)
+    name = "abcde"[odd] if by_column else str(odd + 1)
+    assert result.status == "refused"
+    assert result.message.startswith(f"series {name} {words}")
