@@ -10,6 +10,8 @@ import numpy as np
 # Formats whose further frames are pictures like the first; those of a JPEG are its own, smaller or for the other eye.
 _MOVING = ("GIF", "PNG", "WEBP", "TIFF")
 _ORIENTATION = 0x0112
+# Rows that are copied at a time.
+_BAND = 256
 # What EXIF and TIFF call orientation.
 TURNS = {
     2: lambda codes: codes[:, ::-1],
@@ -87,9 +89,20 @@ def _codes(picture: Any, number: int) -> np.ndarray:
     if number:
         picture.seek(number)
     mode = _mode(picture)
-    codes = np.asarray(picture if picture.mode == mode else picture.convert(mode))
+    codes = _array(picture if picture.mode == mode else picture.convert(mode))
     # Older releases have grey PNGs of 16 bits in 32.
     return _turned(picture, codes.astype(np.uint16) if mode == "I" and picture.format == "PNG" else codes)
+
+
+def _array(picture: Any) -> np.ndarray:
+    """What `np.asarray` gives, in bands of rows: all at once Pillow copies twice."""
+    width, height = picture.size
+    row = np.asarray(picture.crop((0, 0, width, 1)))
+    codes = np.empty((height, *row.shape[1:]), row.dtype)
+    for top in range(0, height, _BAND):
+        bottom = min(top + _BAND, height)
+        codes[top:bottom] = np.asarray(picture.crop((0, top, width, bottom)))
+    return codes
 
 
 def _turned(picture: Any, codes: np.ndarray) -> np.ndarray:

@@ -83,14 +83,20 @@ def read(
     # A copy of its own, for an array of the caller's may change later; in this machine's order of bytes.
     plane = np.array(planes.codes[:, :, channel], planes.codes.dtype.newbyteorder("="), order="C")
     codes = Codes(plane, Curve(top if np.isfinite(top) else 1.0, exponent))
-    lit = planes.visible
+    lit, has_two_levels, labels = (
+        planes.visible,
+        planes.has_two_levels,
+        _CHANNELS if planes.channels == 3 else ("grey",),
+    )
+    # The other channels of a file are not kept until the end.
+    del planes
     if not np.issubdtype(plane.dtype, np.integer):
         lit &= np.isfinite(plane)
     lit &= _not_wild(codes, lit) & _lit(codes)
     if mask is not None:
         lit &= _checked_mask(mask, plane.shape)
     # Of two levels one is no saturation.
-    follows = below(plane, np.inf if planes.has_two_levels else _saturation(plane, top))
+    follows = below(plane, np.inf if has_two_levels else _saturation(plane, top))
     usable = lit & follows
     share = 1.0 - float(np.mean(follows))
     if share > 0.02:
@@ -99,8 +105,7 @@ def read(
     light = codes.light_where(usable[sample], sample)
     unit = float(np.percentile(light, 99.5)) if light.size else 0.0
     codes = Codes(plane, replace(codes.curve, unit=unit or 1.0))
-    labels = _CHANNELS if planes.channels == 3 else ("grey",)
-    return Photograph(codes, usable, lit, labels[channel], name, warnings, planes.has_two_levels)
+    return Photograph(codes, usable, lit, labels[channel], name, warnings, has_two_levels)
 
 
 def read_again(source: np.ndarray, like: Photograph) -> Photograph:

@@ -12,6 +12,7 @@ from jaxtyping import Array, Complex, Float, Int
 
 from newtonjax.numerics import jets
 from newtonjax.numerics.jet import Jet
+from newtonjax.numerics.wording import shown
 
 Scalar = float | int | np.floating | Float[Array | np.ndarray, ""] | Int[Array | np.ndarray, ""] | Float[Any, ""]
 Vector2 = tuple[Scalar, Scalar] | Float[Any, "2"]
@@ -175,9 +176,3 @@ def names_in(name: str, value) -> tuple[str, ...]:
     if not (isinstance(names, tuple | list | Set) and all(isinstance(text, str) for text in names)):
         raise ValueError(f"{name} is {shown(value)}; allowed: a name, or a tuple of names")
     return tuple(names)
-
-
-def shown(value) -> str:
-    """A value in one line of at most 60 characters."""
-    text = " ".join(repr(value).split()) if not isinstance(value, int) or abs(value) < 10**60 else "a huge integer"
-    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -1,5 +1,9 @@
 """Reading photographs: formats, transfer, channel and mask."""
 
+import subprocess
+import sys
+import tracemalloc
+
 import imageio.v3 as iio
 import numpy as np
 import pytest
@@ -127,3 +131,24 @@ def test_a_header_is_read_without_the_limit_of_the_decoder(tmp_path, monkeypatch
     monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 1000)
     assert load(tmp_path / "rings.png").codes.shape == (256, 256)
     assert Image.MAX_IMAGE_PIXELS == 1000
+
+
+def test_a_photograph_is_read_without_jax(tmp_path):
+    """JAX takes a third of a second and 110 MB, as much as a photograph of 10 megapixels."""
+    Image.fromarray(np.uint8(255 * rings().clip(0, 1))).save(tmp_path / "rings.png")
+    program = "import sys; from fitting.photo import read; read(sys.argv[1]); print('jax' in sys.modules)"
+    command = [sys.executable, "-c", program, str(tmp_path / "rings.png")]
+    assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == "False\n"
+
+
+def test_a_picture_is_decoded_into_one_array(tmp_path):
+    """Pillow's own way to an array takes twice its bytes."""
+    colours = np.random.default_rng(0).integers(0, 256, (2000, 1000, 3), np.uint8)
+    Image.fromarray(colours).save(tmp_path / "noise.bmp")
+    load(tmp_path / "noise.bmp")
+    tracemalloc.start()
+    try:
+        assert np.array_equal(load(tmp_path / "noise.bmp").codes, colours)
+        assert tracemalloc.get_traced_memory()[1] < 1.6 * colours.nbytes
+    finally:
+        tracemalloc.stop()
