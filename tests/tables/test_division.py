@@ -8,6 +8,7 @@ from fitting.tables.division import division
 
 WAVELENGTH = 589.3e-9
 _ROUNDED = "the standard deviation is that of the rounding"
+_RIVALS = ("not a straight line", "than counted", "set right", "left out", "readings of one ring agree")
 
 
 def test_equal_repeats_are_rounded_alike():
@@ -59,3 +60,17 @@ def test_exact_numbers_have_no_division():
     orders = np.arange(1.0, 16)
     result = fitting.rings({"order": orders, "radius_m": np.sqrt(orders * WAVELENGTH)}, wavelength=WAVELENGTH)
     assert not any(_ROUNDED in text for text in result.warnings)
+
+
+def test_rounding_is_no_other_law_and_no_miscount():
+    """Rounding alone, of tables with repeats: a residual is bounded, and repeats agree to the last digit."""
+    suspected = 0
+    for seed in range(150):
+        rng = np.random.default_rng(seed)
+        orders = rng.integers(1, 12) + np.arange(float(rng.integers(5, 16)))
+        sizes = 2e3 * np.sqrt((orders + rng.uniform(0, 1)) * WAVELENGTH * rng.uniform(0.5, 5.0))
+        noisy = np.tile(sizes, 2) + 1e-3 * rng.normal(size=2 * len(orders))
+        columns = {"order": np.tile(orders, 2), "diameter_mm": np.round(noisy, 2)}
+        warnings = fitting.rings(columns, wavelength=WAVELENGTH).warnings
+        suspected += any(words in text for text in warnings for words in _RIVALS)
+    assert suspected <= 4  # of 1.5 expected, two standard deviations
