@@ -19,7 +19,18 @@ from newtonjax.fields import (
     synthesize,
 )
 from newtonjax.methods import Chebyshev, require_method, unreached
-from newtonjax.numerics import chebyshev, finite, image_memory, is_concrete, is_real, require, require_x64, shown, x64
+from newtonjax.numerics import (
+    chebyshev,
+    finite,
+    image_memory,
+    is_concrete,
+    is_real,
+    refuse_after_fork,
+    require,
+    require_x64,
+    shown,
+    x64,
+)
 from newtonjax.scene import Camera, Scene, node_points, require_bench
 
 # Bytes a pixel, measured: data, weights, and the image that these may be made from.
@@ -69,6 +80,7 @@ def normal_equations(
     if jnp.ndim(parameters) != 1 or not jnp.size(parameters):
         raise ValueError(f"parameters is {shown(parameters)}; allowed: a vector, not empty")
     if not is_concrete(parameters, data):
+        refuse_after_fork()  # the user's own program runs in this process
         require_x64("normal_equations")
         return _equations(bench, parameters, camera, data, weights, method)
     with x64():

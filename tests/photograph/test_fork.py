@@ -38,6 +38,11 @@ if __name__ == "__main__":
     first, *verbs = sys.argv[1:]
     if first == "eager":
         np.asarray(nj.render(SCENE, CAMERA, nj.ClosedForm()))
+    elif first == "equations":
+        jax.config.update("jax_enable_x64", True)
+        bench = lambda numbers: nj.newton_rings(numbers[0])
+        equations = lambda numbers: nj.normal_equations(bench, numbers, CAMERA, method=nj.Chebyshev(3)).gradient
+        jax.jit(equations)(np.array([0.3])).block_until_ready()
     else:
         jax.jit(lambda radius: nj.render(nj.newton_rings(radius), CAMERA, nj.ClosedForm()))(0.3).block_until_ready()
     with multiprocessing.get_context("fork").Pool(1) as pool:
@@ -64,6 +69,7 @@ def test_in_a_forked_process_a_fit_runs_and_what_would_hang_says_so():
     assert all('multiprocessing.get_context("spawn")' in text for text in refusals)
 
 
-def test_a_program_of_the_users_own_counts_as_a_first_call():
-    (refusal,) = answers("traced", "render")
+@pytest.mark.parametrize("first", ["traced", "equations"])
+def test_a_program_of_the_users_own_counts_as_a_first_call(first):
+    (refusal,) = answers(first, "render")
     assert 'multiprocessing.get_context("spawn")' in refusal
