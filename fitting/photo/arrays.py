@@ -36,6 +36,12 @@ class Planes(NamedTuple):
         """Whether the image is one of two levels."""
         return np.issubdtype(self.codes.dtype, np.integer) and not np.isfinite(self.top)
 
+    @property
+    def may_be_bytes(self) -> bool:
+        """Whether integers of more than 16 bits hold none above 255: few counts of light, or codes of 8 bits."""
+        is_wide = np.issubdtype(self.codes.dtype, np.integer) and self.codes.dtype.itemsize > 2
+        return is_wide and bool(self.codes.max() <= 255)
+
 
 def array_of(source: Any, name: str) -> np.ndarray:
     """A plain array of numbers out of what was given, of its values alone.
@@ -110,12 +116,12 @@ def _two_levels(plane: np.ndarray) -> tuple[Any, Any] | None:
 
 
 def _top(codes: np.ndarray) -> float:
-    """The largest code of an integer image: of 8 bits or 16, by its type, or by its values where that is wider."""
+    """The largest code of an integer image: by its type, or of 16 bits where that is wider and none is larger."""
     if not np.issubdtype(codes.dtype, np.integer):
         return np.inf
     if codes.dtype.itemsize <= 2:
         return float(np.iinfo(codes.dtype).max)
-    return 255.0 if codes.max() <= 255 else 65535.0 if codes.max() <= 65535 else float(np.iinfo(codes.dtype).max)
+    return 65535.0 if codes.max() <= 65535 else float(np.iinfo(codes.dtype).max)
 
 
 def clearest_channel(planes: Planes) -> int:

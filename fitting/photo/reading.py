@@ -65,29 +65,32 @@ def read(
 ) -> Photograph:
     """A photograph from a file or an array [rows, columns] or [rows, columns, channels].
 
-    Without `transfer`, 8-bit codes are taken as sRGB, 16-bit files and floats as linear; it may be "linear", "srgb" or
-    an exponent. Of a colour image the channel with most fringe contrast over noise that is not saturated is taken.
-    Masked are pixels that are saturated (at the top of the type, or where codes pile up below it), outside of the lit
-    field, transparent, masked in the array, far outside of all others (hot or dead), and where `mask` is False. Of a
-    file with several pictures `page` says which, from 1 on; the first is taken, with a warning, where it does not.
+    Without `transfer`, 8-bit codes are taken as sRGB, wider integers and floats as linear; it may be "linear",
+    "srgb" or an exponent. Of a colour image the channel with most fringe contrast over noise that is not saturated is
+    taken. Masked are pixels that are saturated (at the top of the type, or where codes pile up below it), outside of
+    the lit field, transparent, masked in the array, far outside of all others (hot or dead), and where `mask` is False.
+    Of a file with several pictures `page` says which, from 1 on; the first is taken, with a warning, where it does not.
 
     Raises FileNotFoundError, and ValueError for what is no image or needs more memory than there is.
     """
     planes, warnings = _planes(image, page)
     rows, columns = planes.codes.shape[:2]
-    itemsize, top = planes.codes.itemsize, planes.top
+    itemsize = planes.codes.itemsize
+    exponent, name = _transfer(transfer, planes.top)
+    if planes.may_be_bytes and exponent is None:
+        planes = planes._replace(top=255.0)
+    elif planes.may_be_bytes and transfer is None:
+        kind = planes.codes.dtype
+        warnings.append(f"integers up to 255 in {kind} are taken as light; give codes of 8 bits as uint8")
+    top = planes.top
     # One channel, a mask, the lit field, and what passes by while these are made.
     require_memory(f"a photograph of {rows} x {columns} pixels", float(rows) * columns * (itemsize + 5), SMALLER)
     channel = clearest_channel(planes)
-    exponent, name = _transfer(transfer, top)
     # A copy of its own, for an array of the caller's may change later; in this machine's order of bytes.
     plane = np.array(planes.codes[:, :, channel], planes.codes.dtype.newbyteorder("="), order="C")
     codes = Codes(plane, Curve(top if np.isfinite(top) else 1.0, exponent))
-    lit, has_two_levels, labels = (
-        planes.visible,
-        planes.has_two_levels,
-        _CHANNELS if planes.channels == 3 else ("grey",),
-    )
+    lit, has_two_levels = planes.visible, planes.has_two_levels
+    labels = _CHANNELS if planes.channels == 3 else ("grey",)
     # The other channels of a file are not kept until the end.
     del planes
     if not np.issubdtype(plane.dtype, np.integer):

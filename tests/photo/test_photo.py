@@ -154,3 +154,18 @@ def test_a_picture_is_decoded_into_one_array(tmp_path):
         tracemalloc.stop()
     assert np.array_equal(picture.codes, colours)
     assert peak < 1.6 * colours.nbytes
+
+
+@pytest.mark.parametrize("kind", [np.int32, np.int64, np.uint32])
+def test_wide_integers_are_light_however_small_unless_they_are_said_to_be_codes(kind):
+    counts = np.round(rings() * 254).astype(kind)
+    photo = read(counts)
+    assert photo.transfer == "linear"
+    assert photo.mask.all()
+    assert np.allclose(photo.image / photo.image.max(), counts / counts.max())
+    assert any("give codes of 8 bits as uint8" in text for text in photo.warnings)
+    as_codes, as_bytes = read(counts, "srgb"), read(counts.astype(np.uint8))
+    assert np.allclose(as_codes.image, as_bytes.image)
+    assert np.array_equal(as_codes.mask, as_bytes.mask)
+    assert as_codes.warnings == as_bytes.warnings
+    assert read(counts * 200).warnings == []
