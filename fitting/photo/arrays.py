@@ -24,23 +24,19 @@ class Planes(NamedTuple):
     - `visible`: False where an alpha channel is 0 or the array is masked, [rows, columns].
     - `top`: the largest code there may be; infinite for floats, and for two levels, which are 0 and 1.
     - `channels`: how many differ and hold light: 1 or 3.
+    - `may_be_bytes`: whether integers of more than 16 bits hold none above 255: counts of light, or codes of 8 bits.
     """
 
     codes: np.ndarray
     visible: np.ndarray
     top: float
     channels: int
+    may_be_bytes: bool = False
 
     @property
     def has_two_levels(self) -> bool:
         """Whether the image is one of two levels."""
         return np.issubdtype(self.codes.dtype, np.integer) and not np.isfinite(self.top)
-
-    @property
-    def may_be_bytes(self) -> bool:
-        """Whether integers of more than 16 bits hold none above 255: few counts of light, or codes of 8 bits."""
-        is_wide = np.issubdtype(self.codes.dtype, np.integer) and self.codes.dtype.itemsize > 2
-        return is_wide and bool(self.codes.max() <= 255)
 
 
 def array_of(source: Any, name: str) -> np.ndarray:
@@ -76,7 +72,8 @@ def planes_of(source: Any) -> Planes:
     channels = 3 if codes.shape[2] >= 3 and not _is_grey(codes) else 1
     if channels == 1 and (levels := _two_levels(codes[:, :, 0])) is not None:
         return Planes((codes[:, :, :1] == levels[1]).view(np.uint8), visible, np.inf, 1)
-    return Planes(codes, visible, _top(codes), channels)
+    is_wide = np.issubdtype(codes.dtype, np.integer) and codes.dtype.itemsize > 2
+    return Planes(codes, visible, _top(codes), channels, is_wide and bool(codes.max() <= 255))
 
 
 def _kind(source: Any) -> str:
