@@ -76,8 +76,7 @@ def read(
     planes, warnings = _planes(image, page)
     rows, columns = planes.codes.shape[:2]
     itemsize = planes.codes.itemsize
-    exponent, name = _transfer(transfer, planes.top)
-    if planes.may_be_bytes and exponent is None:
+    if planes.may_be_bytes and isinstance(transfer, str) and transfer == "srgb":
         planes = planes._replace(top=255.0)
     elif planes.may_be_bytes and transfer is None:
         kind = planes.codes.dtype
@@ -86,6 +85,7 @@ def read(
     # One channel, a mask, the lit field, and what passes by while these are made.
     require_memory(f"a photograph of {rows} x {columns} pixels", float(rows) * columns * (itemsize + 5), SMALLER)
     channel = clearest_channel(planes)
+    exponent, name = _transfer(transfer, top)
     # A copy of its own, for an array of the caller's may change later; in this machine's order of bytes.
     plane = np.array(planes.codes[:, :, channel], planes.codes.dtype.newbyteorder("="), order="C")
     codes = Codes(plane, Curve(top if np.isfinite(top) else 1.0, exponent))
