@@ -65,10 +65,11 @@ def read(
 ) -> Photograph:
     """A photograph from a file or an array [rows, columns] or [rows, columns, channels].
 
-    Without `transfer`, 8-bit codes are taken as sRGB, wider integers and floats as linear; it may be "linear",
-    "srgb" or an exponent. Of a colour image the channel with most fringe contrast over noise that is not saturated is
-    taken. Masked are pixels that are saturated (at the top of the type, or where codes pile up below it), outside of
-    the lit field, transparent, masked in the array, far outside of all others (hot or dead), and where `mask` is False.
+    Without `transfer`, 8-bit codes (also in wider integers, with a warning) are taken as sRGB, others as linear; it may
+    be "linear", "srgb" or an exponent. Of a colour image the channel with most fringe contrast over noise that is not
+    saturated is taken. Masked are pixels that are saturated (at the top of the type, or where codes pile up below it),
+    outside of the lit field, transparent, masked in the array, far outside of all others (hot or dead), and where
+    `mask` is False.
     Of a file with several pictures `page` says which, from 1 on; the first is taken, with a warning, where it does not.
 
     Raises FileNotFoundError, and ValueError for what is no image or needs more memory than there is.
@@ -76,11 +77,13 @@ def read(
     planes, warnings = _planes(image, page)
     rows, columns = planes.codes.shape[:2]
     itemsize = planes.codes.itemsize
-    if planes.may_be_bytes and isinstance(transfer, str) and transfer == "srgb":
+    if planes.may_be_bytes and (transfer is None or (isinstance(transfer, str) and transfer == "srgb")):
         planes = planes._replace(top=255.0)
-    elif planes.may_be_bytes and transfer is None:
-        kind = planes.codes.dtype
-        warnings.append(f"integers up to 255 in {kind} are taken as light; give codes of 8 bits as uint8")
+        if transfer is None:
+            kind = planes.codes.dtype
+            warnings.append(
+                f"{kind} values up to 255 were read as 8-bit codes; give transfer='linear' for counts of light"
+            )
     top = planes.top
     # One channel, a mask, the lit field, and what passes by while these are made.
     require_memory(f"a photograph of {rows} x {columns} pixels", float(rows) * columns * (itemsize + 5), SMALLER)

@@ -157,15 +157,16 @@ def test_a_picture_is_decoded_into_one_array(tmp_path):
 
 
 @pytest.mark.parametrize("kind", [np.int32, np.int64, np.uint32])
-def test_wide_integers_are_light_however_small_unless_they_are_said_to_be_codes(kind):
-    counts = np.round(rings() * 254).astype(kind)
-    photo = read(counts)
-    assert photo.transfer == "linear"
-    assert photo.mask.all()
-    assert np.allclose(photo.image / photo.image.max(), counts / counts.max())
-    assert any("give codes of 8 bits as uint8" in text for text in photo.warnings)
-    as_codes, as_bytes = read(counts, "srgb"), read(counts.astype(np.uint8))
-    assert np.allclose(as_codes.image, as_bytes.image)
-    assert np.array_equal(as_codes.mask, as_bytes.mask)
-    assert as_codes.warnings == as_bytes.warnings
-    assert read(counts * 200).warnings == []
+def test_small_values_of_wide_integers_are_codes_unless_they_are_said_to_be_light(kind):
+    codes = np.round(rings() * 254).astype(kind)
+    by_itself, as_bytes = read(codes), read(codes.astype(np.uint8))
+    assert any("give transfer='linear' for counts of light" in text for text in by_itself.warnings)
+    for photo in (by_itself, read(codes, "srgb")):
+        assert np.allclose(photo.image, as_bytes.image)
+        assert np.array_equal(photo.mask, as_bytes.mask)
+    counts = read(codes, "linear")
+    assert counts.mask.all()
+    assert np.allclose(counts.image / counts.image.max(), codes / codes.max())
+    assert counts.warnings == []
+    assert read(codes, "srgb").warnings == as_bytes.warnings
+    assert read(codes * 200).warnings == []
