@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from fitting.designs.search import Binding
-from fitting.parameters import AbstractResult, Origin, origin_from
+from fitting.parameters import AbstractResult, Origin, common_from
 from newtonjax.benches import scene_from_text, scene_text
 from newtonjax.scene import Camera, Scene
 
@@ -73,9 +73,7 @@ class Design(AbstractResult):
             "shape": list(self.camera.shape),
             "pixel_size_m": float(self.camera.pixel_size),
             "scene_toml": scene_text(self.scene, self.camera),
-            "warnings": list(self.warnings),
-            "kind": "Design",
-            "origin": self.origin and self.origin._asdict(),
+            **self._common(),
         }
 
     @classmethod
@@ -100,10 +98,7 @@ class Design(AbstractResult):
             dict(saved["used"]),
             saved["evaluations"],
             tuple(saved["starts"]),
-            saved["status"],
-            saved["message"],
-            list(saved["warnings"]),
-            origin_from(saved),
+            *common_from(saved),
         )
 
     def report(self) -> str:

@@ -34,7 +34,7 @@ class Distortion(AbstractPart):
         """That the fifth order is not in the model, where the law of the camera may have one."""
         if FifthOrder.name in present:
             return None
-        return Law(_LAW, FifthOrder.parameters[0], _FIFTH * float(numbers.distortion) ** 2)
+        return Law(_LAW, "distortion_fifth_order", _FIFTH * float(numbers.distortion) ** 2)
 
 
 class FifthOrder(AbstractPart):

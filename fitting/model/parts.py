@@ -30,7 +30,9 @@ DISPLACING, REACHING, FLATTENING, IMITATING, LEAVING_OUT, SHOWING = (
     for method in ("displacements", "reach", "flatten", "imitates", "law", "shown")
 )
 # The numbers of radial powers 1, 2, ... of |u|², pairs of numbers that stretch, and numbers above 0 that make an edge.
-RADIAL = tuple(part.parameters[0] for part in sorted(_ORDER, key=lambda part: part.radial_power) if part.radial_power)
+RADIAL = tuple(
+    name for part in sorted(_ORDER, key=lambda part: part.radial_power) if part.radial_power for name in part.parameters
+)
 STRETCHES = tuple(part.stretches for part in _ORDER if part.stretches)
 EDGES = tuple(part.edge for part in _ORDER if part.edge)
 

@@ -135,9 +135,9 @@ def _stretched(dx, dy, a, b):
     even = 1 + m2 / 2 * (1 + m2 / 12 * (1 + m2 / 30 * (1 + m2 / 56 * (1 + m2 / 90))))
     odd = 1 + m2 / 6 * (1 + m2 / 20 * (1 + m2 / 42 * (1 + m2 / 72 * (1 + m2 / 110))))
     bend = (1 + m2 / 10 * (1 + m2 / 28 * (1 + m2 / 54 * (1 + m2 / 88)))) / 3
-    whole, along, across = dx * dx + dy * dy, dx * dx - dy * dy, 2 * dx * dy
+    square, along, across = dx * dx + dy * dy, dx * dx - dy * dy, 2 * dx * dy
     lean = a * along + b * across
-    r2 = even * whole + odd * lean
+    r2 = even * square + odd * lean
     by_dx, by_dy = 2 * (even * dx + odd * (a * dx + b * dy)), 2 * (even * dy + odd * (b * dx - a * dy))
-    turn = odd * whole + bend * lean
+    turn = odd * square + bend * lean
     return r2, by_dx, by_dy, a * turn + odd * along, b * turn + odd * across

@@ -30,6 +30,7 @@ from fitting.parameters.fringe_scale import quantities as quantities
 from fitting.parameters.fringe_scale import read_sd as read_sd
 from fitting.parameters.result import AbstractResult as AbstractResult
 from fitting.parameters.result import Origin as Origin
+from fitting.parameters.result import common_from as common_from
 from fitting.parameters.result import interval as interval
 from fitting.parameters.result import origin_from as origin_from
 from fitting.parameters.result import origin_of as origin_of

@@ -127,6 +127,14 @@ class AbstractResult(abc.ABC):
     def from_dict(cls, saved: Mapping[str, Any]) -> "AbstractResult":
         """The result that `to_dict` was called of. Raises KeyError, TypeError or ValueError for another dictionary."""
 
+    def _common(self) -> dict[str, Any]:
+        """What ends every `to_dict`."""
+        return {
+            "warnings": list(self.warnings),
+            "kind": type(self).__name__,
+            "origin": self.origin and self.origin._asdict(),
+        }
+
     def figure(self, ax=None) -> Any:
         """The result as a matplotlib figure; drawn into the axes `ax` where they are given.
 
@@ -193,6 +201,11 @@ class AbstractResult(abc.ABC):
         file = io.BytesIO()
         figure.savefig(file, format="png", dpi=80)
         return text + f'<img src="data:image/png;base64,{base64.b64encode(file.getvalue()).decode()}">'
+
+
+def common_from(saved: Mapping[str, Any]) -> tuple[str, str, list[str], Origin | None]:
+    """Status, message, warnings and origin of a saved result."""
+    return saved["status"], saved["message"], list(saved["warnings"]), origin_from(saved)
 
 
 def origin_from(saved: Mapping[str, Any]) -> Origin | None:

@@ -124,9 +124,9 @@ def _sums(tiles: np.ndarray, kind: np.dtype, predictor: int, samples: int) -> np
         return np.ascontiguousarray(np.moveaxis(lines, 2, 3)).view(kind.newbyteorder(">"))[..., 0]
     if predictor != _DIFFERENCES:
         return tiles.view(kind)
-    whole = np.dtype(f"u{kind.itemsize}").newbyteorder(kind.byteorder)
-    pixels = tiles.view(whole).reshape(*tiles.shape[:2], -1, samples)
-    return np.cumsum(pixels, axis=2, dtype=whole.newbyteorder("=")).view(kind.newbyteorder("="))
+    unsigned = np.dtype(f"u{kind.itemsize}").newbyteorder(kind.byteorder)
+    pixels = tiles.view(unsigned).reshape(*tiles.shape[:2], -1, samples)
+    return np.cumsum(pixels, axis=2, dtype=unsigned.newbyteorder("=")).view(kind.newbyteorder("="))
 
 
 def _bytes(page: Any, part: slice, width: int) -> np.ndarray:

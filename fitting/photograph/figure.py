@@ -79,14 +79,14 @@ def _by_order(data: np.ndarray, model: np.ndarray, phase: np.ndarray) -> tuple[n
     step = order[1] - order[0]
     rows: list[list[np.ndarray]] = [[], []]
     for turns, *values in zip(phase, data, model, strict=True):
-        seen = np.isfinite(turns)
-        turns, seen = turns[seen], np.flatnonzero(seen)
+        shown = np.isfinite(turns)
+        turns, shown = turns[shown], np.flatnonzero(shown)
         ranks = np.argsort(turns)
         for kept, value in zip(rows, values, strict=True):
             if len(turns) < 2:
                 kept.append(np.full(len(order), np.nan))
                 continue
-            line = np.interp(order, turns[ranks], value[seen][ranks], left=np.nan, right=np.nan)
+            line = np.interp(order, turns[ranks], value[shown][ranks], left=np.nan, right=np.nan)
             # Where the field has a hole, nothing is drawn between its edges.
             near = np.abs(turns[ranks][np.clip(np.searchsorted(turns[ranks], order), 0, len(turns) - 1)] - order)
             kept.append(np.where(near < 6 * step, line, np.nan))

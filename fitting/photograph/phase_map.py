@@ -18,16 +18,16 @@ def followed(fit: Fitted, parts: tuple[str, ...]) -> np.ndarray | None:
     numbers, model = fit.numbers, fit.solution.problem.phase.exact
     if model is None or fit.orders < _MANY:
         return None
-    x, y, away, strength = phase_map(fit)
-    if not np.any(strength) or np.sqrt(np.average(away**2, weights=strength)) < _ASTRAY:
+    x, y, difference, strength = phase_map(fit)
+    if not np.any(strength) or np.sqrt(np.average(difference**2, weights=strength)) < _ASTRAY:
         return None
     names = ("curvature", "centre_x", "centre_y", "phase", *numbers_of(parts))
-    wanted, root = gap_phase.phase(model, x, y, numbers) + away, np.sqrt(strength)
+    target, root = gap_phase.phase(model, x, y, numbers) + difference, np.sqrt(strength)
     trial = numbers.copy()
     for _ in range(4):
         phase, slopes = gap_phase.phase_and_slopes(model, x, y, trial)
         slope = np.stack([slopes[name] for name in names], axis=1) * root[:, None]
-        trial[slots_of(names)] += np.linalg.lstsq(slope, (wanted - phase) * root, rcond=1e-12)[0]
+        trial[slots_of(names)] += np.linalg.lstsq(slope, (target - phase) * root, rcond=1e-12)[0]
     return trial if np.isfinite(trial).all() else None
 
 
@@ -50,10 +50,10 @@ def phase_map(fit: Fitted) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarr
     good = covered > 0.5
     strength = np.where(good, np.abs(phasors) ** 2, 0.0)
     good &= strength > 0.1 * np.median(strength[good]) if good.any() else False
-    away = np.ma.filled(unwrap_phase(np.ma.array(np.angle(phasors), mask=~good)), 0.0) / (2 * np.pi)
+    difference = np.ma.filled(unwrap_phase(np.ma.array(np.angle(phasors), mask=~good)), 0.0) / (2 * np.pi)
     y, x = np.meshgrid(
         *(block_means(at[:, None] * np.ones(factor), factor)[:, 0] for at in (reduced.grid.y, reduced.grid.x)),
         indexing="ij",
     )
-    away -= np.round(np.average(away[good], weights=strength[good])) if good.any() else 0.0
-    return x.ravel(), y.ravel(), away.ravel(), np.where(good, strength, 0.0).ravel()
+    difference -= np.round(np.average(difference[good], weights=strength[good])) if good.any() else 0.0
+    return x.ravel(), y.ravel(), difference.ravel(), np.where(good, strength, 0.0).ravel()

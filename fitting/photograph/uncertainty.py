@@ -113,12 +113,12 @@ def _halvings(fit: Fitted) -> list[tuple[Normal, Normal]]:
     grid, used, weights = fit.reduced.grid, fit.reduced.used, fit.left.weights
     tables = [fit.phase, np.broadcast_to(grid.x, used.shape), np.broadcast_to(grid.y[:, None], used.shape)]
     phase, at = fit.solution.fields.phase, fit.solution.problem.phase.edges(fit.numbers)
-    whole = sums(replace(fit.reduced, weights=weights), phase, at)
+    of_all = sums(replace(fit.reduced, weights=weights), phase, at)
     halves = []
     for table in tables:
         inside = np.where(table <= np.median(table[used]), weights, np.float32(0))
         first = sums(replace(fit.reduced, weights=inside), phase, at)
-        second = whole._replace(table=whole.table - first.table, square=whole.square - first.square)
+        second = of_all._replace(table=of_all.table - first.table, square=of_all.square - first.square)
         halves.append((normal_equations(first), normal_equations(second)))
     return halves
 

@@ -63,9 +63,7 @@ class Scale(AbstractResult):
         return {
             **numbers,
             "lines": self.lines and list(self.lines),
-            "warnings": list(self.warnings),
-            "kind": "Scale",
-            "origin": self.origin and self.origin._asdict(),
+            **self._common(),
         }
 
     @classmethod

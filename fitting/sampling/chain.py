@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fitting.estimate import Fitted
-from fitting.parameters import AbstractResult, Origin, Quantities, origin_from, rounded, with_sd
+from fitting.parameters import AbstractResult, Origin, Quantities, common_from, rounded, with_sd
 from fitting.sampling.density import NEAR, Posterior, draws, excursions, in_blocks
 
 # A chain shorter than this many autocorrelation times tells no quantile (emcee's documentation; Sokal 1997).
@@ -91,10 +91,7 @@ class Chain(AbstractResult):
             saved["effective_draws"],
             saved["acceptance"],
             np.array([row["split_rhat"] for row in parameters.values()], float),
-            saved["status"],
-            saved["message"],
-            list(saved["warnings"]),
-            origin_from(saved),
+            *common_from(saved),
         )
 
     def figure(self, ax=None) -> Any:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.parameters import AbstractResult, Origin, origin_from
+from fitting.parameters import AbstractResult, Origin, common_from
 
 
 @dataclass(frozen=True)
@@ -80,9 +80,7 @@ class Sensitivity(AbstractResult):
             "sd": self.sd,
             "free": list(self.free),
             "neglected": [asdict(number) for number in self.neglected],
-            "warnings": list(self.warnings),
-            "kind": "Sensitivity",
-            "origin": self.origin and self.origin._asdict(),
+            **self._common(),
         }
 
     @classmethod
@@ -96,10 +94,7 @@ class Sensitivity(AbstractResult):
             saved["sd"],
             tuple(saved["free"]),
             tuple(_neglected(dict(row)) for row in saved["neglected"]),
-            saved["status"],
-            saved["message"],
-            list(saved["warnings"]),
-            origin_from(saved),
+            *common_from(saved),
         )
 
     def report(self) -> str:

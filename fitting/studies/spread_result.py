@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from fitting.parameters import AbstractResult, Origin, origin_from
+from fitting.parameters import AbstractResult, Origin, common_from
 
 
 @dataclass(frozen=True)
@@ -85,9 +85,7 @@ class Spread(AbstractResult):
             "draws": {name: values.tolist() for name, values in self.draws.items()},
             "targets": self.targets.tolist(),
             "seed": self.seed,
-            "warnings": list(self.warnings),
-            "kind": "Spread",
-            "origin": self.origin and self.origin._asdict(),
+            **self._common(),
         }
 
     @classmethod
@@ -105,10 +103,7 @@ class Spread(AbstractResult):
             {name: np.array(values, float) for name, values in saved["draws"].items()},
             np.array(saved["targets"], float),
             saved["seed"],
-            saved["status"],
-            saved["message"],
-            list(saved["warnings"]),
-            origin_from(saved),
+            *common_from(saved),
         )
 
     def report(self) -> str:

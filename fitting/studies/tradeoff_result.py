@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from fitting.parameters import AbstractResult, Origin, origin_from
+from fitting.parameters import AbstractResult, Origin, common_from
 
 
 @dataclass(frozen=True)
@@ -63,9 +63,7 @@ class Tradeoff(AbstractResult):
             "shape": list(self.shape),
             "pixel_size_m": self.pixel_size,
             "timings": [asdict(timing) for timing in self.timings],
-            "warnings": list(self.warnings),
-            "kind": "Tradeoff",
-            "origin": self.origin and self.origin._asdict(),
+            **self._common(),
         }
 
     @classmethod
@@ -76,10 +74,7 @@ class Tradeoff(AbstractResult):
             tuple(MethodTiming(**timing) for timing in saved["timings"]),
             (rows, columns),
             saved["pixel_size_m"],
-            saved["status"],
-            saved["message"],
-            list(saved["warnings"]),
-            origin_from(saved),
+            *common_from(saved),
         )
 
     def report(self) -> str:
