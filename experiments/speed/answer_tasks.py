@@ -84,12 +84,15 @@ def bench(number: int):
 
 def render_task(number: str = "1", pixels: str = "") -> dict:
     """Plan and render one bench."""
+    import numpy as np
+
     import newtonjax as nj
 
     scene, camera = bench(int(number))
     camera = nj.Camera((int(pixels),) * 2, 5e-6) if pixels else camera
     plan = nj.plan(scene, camera)
-    return {"mean": float(nj.render(plan.scene, camera, plan.method).mean())}
+    image = np.asarray(nj.render(plan.scene, camera, plan.method))  # a mean in JAX is one more program
+    return {"mean": float(image.mean())}
 
 
 def plan_task() -> dict:
@@ -155,6 +158,21 @@ def photographs(shared: Path) -> list[Path]:
     """The photographs under the shared folder."""
     files = [path for folder in ("photos", "trials") for path in sorted((shared / folder).glob("*"))]
     return [path for path in files if path.suffix in PICTURES and path.name != "stepped_stack.tif"]
+
+
+def megapixels(path: Path) -> float:
+    """Size of a picture, which is not decoded for it."""
+    import imageio.v3 as iio
+
+    rows, columns = sorted(iio.improps(path).shape)[-2:]  # the other axes are channels
+    return rows * columns / 1e6
+
+
+def limit(row: dict) -> float:
+    """Most CPU seconds for a photograph of its size and outcome."""
+    if row["megapixels"] <= 3:
+        return 0.5 if row["status"] == "refused" else 1.0
+    return 1.5 if row["megapixels"] <= 12 else 2.0
 
 
 def photograph_task(path: str, turns: str = "3") -> dict:

@@ -3,7 +3,8 @@
 What differs between benches is data here: words of beams are tables padded with rests, an absent shield is an infinite
 hole, every light has two components of polarization. One program is of few points, one of many, with the same numbers
 bit for bit. However many benches and cameras are planned, explained or traced, there are these two for up to 8
-interactions of a beam, two for 9 to 16, two for 17 to 32, and so on; a plan takes the one of many points alone.
+interactions of a beam, two for 9 to 16, two for 17 to 32, and so on. Plans and images on nodes take the one of few
+points alone; rays at every pixel take the other.
 """
 
 from collections.abc import Callable
@@ -20,9 +21,12 @@ from newtonjax.numerics import module_of, x64
 from newtonjax.rays import Arrival, Route, Setting, arrive_all, arrive_without_derivative, gather
 from newtonjax.scene import Camera, Scene, Source, corners, node_points, source_of
 
-# Beams and points of one call: 5 x 5 nodes or 17 x 17, each with the frame's corners. A small call costs what it takes
-# to start its many loops, which two beams share; a large one what its rays cost.
-FEW, MANY = (2, 32), (1, 293)
+# Beams and points of one call. A small call costs what it takes to start its many loops, which two beams share; a large
+# one what its rays cost, half as much a ray. Four small ones do 17 x 17 nodes and the frame's corners.
+FEW, MANY = (2, 74), (1, 1024)
+# The most points that small calls work through: 41 x 41 nodes and the corners, the finest grid of a plan. To compile
+# the other program takes a second, and saves four milliseconds of these.
+FOR_FEW = 41**2 + 4
 # The fewest interactions of a route.
 INTERACTIONS = 8
 # A program of many small loops: XLA's older emitters, where it still has them, compile it in two thirds of the time,
@@ -70,7 +74,7 @@ def arrivals(packed: Packed, points: Float[np.ndarray, "n 2"]) -> Arrival:
     Calls `rays` for `FEW` or `MANY` beams and points at a time, in float64 on the processor whatever JAX is set to.
     """
     beams, number = len(packed.routes.action), len(points)
-    side_by_side, points_of_call = FEW if number <= FEW[1] else MANY
+    side_by_side, points_of_call = FEW if number <= FOR_FEW else MANY
     routes = [
         jax.tree.map(lambda leaf, chosen=chosen: leaf[chosen], packed.routes) for chosen in _calls(beams, side_by_side)
     ]
