@@ -106,6 +106,20 @@ class NormalMatrix:
         remaining = self.matrix[slot, slot] - crossed @ self.inverse @ crossed
         return float(np.sqrt(variance / remaining)) if remaining > 0 else np.inf
 
+    def if_free(self, names: Iterable[str], variance: float) -> tuple[np.ndarray, np.ndarray]:
+        """Values and covariance that some numbers would have if they were free too, on the model linearized here."""
+        slots = np.array([NUMBERS.index(name) for name in names])
+        active = self.active.copy()
+        active[slots] = True
+        inverse = pseudo_inverse(self.block(active), _RANK)
+        change = np.zeros(len(self.values))
+        change[active] = inverse @ self.gradient[active]
+        covariance = np.zeros_like(self.matrix)
+        covariance[np.ix_(active, active)] = inverse * variance
+        # What is free is at its optimum already: its gradient is rounding.
+        step = np.where(self.active[slots], 0.0, change[slots])
+        return self.values[slots] + step, covariance[np.ix_(slots, slots)]
+
 
 def score_drop(normal: NormalMatrix, crossed: np.ndarray, among: np.ndarray, gradient: np.ndarray) -> float:
     """Drop of chi-squared when columns join: their products with all unknowns, among themselves, and their gradient."""

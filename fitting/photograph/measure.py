@@ -10,7 +10,15 @@ import numpy as np
 from fitting.estimate import FEW, Fitted, finely, frame_on, robust_fit, sharpened
 from fitting.finding import Rings, evidence_of, find_rings, follow, settled, view_of
 from fitting.model import WARPS, GapModel, scene_start
-from fitting.parameters import Numbers, Progress, held_turns, one_blas_thread, progress_of, says_its_origin
+from fitting.parameters import (
+    AbstractResult,
+    Numbers,
+    Progress,
+    held_turns,
+    one_blas_thread,
+    progress_of,
+    says_its_origin,
+)
 from fitting.photo import Photograph, block_size, pixels_of, reduce
 from fitting.photograph.light import with_richer_light
 from fitting.photograph.result import FitResult
@@ -55,6 +63,7 @@ def fit(
     mask: str | Path | np.ndarray | None = None,
     parts: dict[str, bool] | None = None,
     page: int | None = None,
+    scale: AbstractResult | str | Path | None = None,
     progress: Progress = None,
 ) -> FitResult:
     """The lens radius, or another one of radius, wavelength, pixel size and gap index, from an image of rings.
@@ -82,6 +91,8 @@ def fit(
         faces) by name: True forces a part on, with what it needs (a fifth order the distortion, a film the contact),
         False excludes it; for a part that is not named the image decides (Schwarz's criterion).
       page: of a file with several pictures, from 1 on; the first, with a warning, where it is not given.
+      scale: in place of pixel_size and pixel_size_sd, a result of `fitting.scale` of the same camera, or its JSON
+        file. Its distortion is a prior of the fit's; rings that are stretched otherwise than the grid are warned of.
       progress: True for a bar on the terminal, or a function of (steps done, their number).
 
     What the data cannot give comes back as a status and a message. Raises ValueError and FileNotFoundError for input

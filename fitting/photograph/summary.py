@@ -35,6 +35,8 @@ def report(task: Task, choice: Choice, began: float) -> FitResult:
         if not fit.converged:
             message = "least squares did not converge; mask what is not rings, or give start"
             return FitResult("not-converged", message, seconds=time.perf_counter() - began, **common)
+        if task.scale is not None and task.scene is None:
+            common["warnings"] += task.scale.stretch_warning(fit, variance)
         covariance, rows = image_rows(fit, variance, choice.rivals, given.given.get("wavelength"))
     except np.linalg.LinAlgError as error:
         return FitResult("refused", f"undetermined: {error}", seconds=time.perf_counter() - began, **common)

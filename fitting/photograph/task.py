@@ -1,6 +1,6 @@
 """What a fit is asked: a photograph, what is given of its set-up, and what the user wishes; checked."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import jax
@@ -17,6 +17,7 @@ from fitting.parameters import (
 )
 from fitting.photo import Photograph
 from fitting.photo import read as read_photograph
+from fitting.photograph.camera_scale import CameraScale, camera_scale
 from fitting.photograph.verdict import RefusedError
 from newtonjax.numerics import names_in, require_choice, shown
 from newtonjax.scene import Scene, required_gap
@@ -36,8 +37,7 @@ class Task:
     - `view`: "reflected" or "transmitted"; `scene`: the bench to trace, None for fringes in the gap.
     - `fixed`, `start`: what the user holds, and starts from, by name; `wishes`: whether parts are wanted, by part.
     - `keeps_curve`: whether the user has said how codes follow the light.
-    - `is_guided`: whether a person gave a start or held values, and so has seen rings; `contact_phase`: phase of the
-      fringes where the faces touch [turns].
+    X    - `priors`: of parts' numbers, by name (value, standard deviation); `scale`: what a grid says of the camera.
     """
 
     photograph: Photograph
@@ -48,9 +48,10 @@ class Task:
     start: dict
     wishes: dict[str, bool]
     keeps_curve: bool
-
     is_guided: bool
     contact_phase: float
+    scale: CameraScale | None = None
+    priors: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def checked_parts(parts) -> dict[str, bool]:
@@ -82,7 +83,8 @@ def task_of(arguments: dict[str, Any]) -> Task:
     free = names_in("free", arguments["free"])
     if not isinstance(scene, Scene | None):
         raise ValueError(f"scene is {shown(scene)}; allowed: a Scene, such as newton_rings(1.0), or None")
-    given = _quantities(arguments, free, scene)
+    scale = None if arguments.get("scale") is None else camera_scale(arguments["scale"])
+    given = _quantities(_with_scale(arguments, scale), free, scene)
     fixed, start = checked_fixed(arguments["fixed"]), checked_start(arguments["start"])
     photograph = read_photograph(
         np.asarray(image) if isinstance(image, jax.Array) else image,
@@ -97,9 +99,23 @@ def task_of(arguments: dict[str, Any]) -> Task:
         raise RefusedError(reason, photograph)
     if photograph.is_uniform:
         raise RefusedError("the image is uniform: there are no fringes", photograph)
+    distortion = None if scale is None else scale.prior_distortion(photograph.image.shape)
+    priors = {} if distortion is None else {"distortion": distortion}
+    photograph.warnings.extend(() if scale is None else scale.size_warning(photograph.image.shape))
     view, keeps_curve = view if scene is None else scene.view, arguments["transfer"] is not None
     is_guided, contact_phase = bool(fixed or start), 0.5 if view == "reflected" else 0.0
-    return Task(photograph, given, view, scene, fixed, start, wishes, keeps_curve, is_guided, contact_phase)
+    return Task(
+        photograph, given, view, scene, fixed, start, wishes, keeps_curve, is_guided, contact_phase, scale, priors
+    )
+
+
+def _with_scale(arguments: dict[str, Any], scale: CameraScale | None) -> dict[str, Any]:
+    """The arguments with the pixel size of a grid. Raises ValueError where it is given otherwise too."""
+    if scale is None:
+        return arguments
+    if arguments["pixel_size"] is not None or arguments["pixel_size_sd"] is not None:
+        raise ValueError("scale and pixel_size both give the pixel size; leave one out")
+    return arguments | {"pixel_size": scale.pixel_size, "pixel_size_sd": scale.pixel_size_sd}
 
 
 def _quantities(arguments: dict[str, Any], free: tuple[str, ...], scene: Scene | None) -> Quantities:

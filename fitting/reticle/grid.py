@@ -46,6 +46,24 @@ class Grid:
         first, second = self.directions
         return float(np.sqrt(abs(first.along_x * second.along_y - first.along_y * second.along_x)))
 
+    @property
+    def sides(self) -> tuple[float, float]:
+        """What one pixel along x and along y crosses, in the middle of the image [divisions]."""
+        along_x, along_y = np.hypot(*self.waves)
+        return float(along_x), float(along_y)
+
+    @property
+    def stretches(self) -> tuple[float, float]:
+        """A and b: offsets on the object are exp([[a, b], [b, -a]] / 2) times those of square pixels, as in the fit.
+
+        Squared lengths are dᵀ WᵀW d of an offset d, and WᵀW = s² exp([[a, b], [b, -a]]).
+        """
+        (along, across), (_, down) = self.waves.T @ self.waves / self.pixel**2
+        half_trace = max((along + down) / 2, 1.0)
+        m = np.arccosh(half_trace)
+        factor = m / np.sinh(m) if m > 0 else 1.0
+        return float(factor * (along - down) / 2), float(factor * across)
+
     def packed(self) -> np.ndarray:
         """The grid's seven numbers [7], as least squares takes them."""
         return np.array([*self.first, *self.second, self.distortion])

@@ -1,23 +1,17 @@
 """The pixel size from a photograph of a ruled grid: its two wave vectors, by demodulation over the whole field."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
-from scipy import fft, ndimage, optimize
 
-from fitting.parameters import absolute_sd, number, says_its_origin
+from fitting.parameters import absolute_sd, number, rounded, says_its_origin
 from fitting.photo import Photograph, flatten, read
-from fitting.reticle.grid import Grid, Lines
+from fitting.reticle.grid import Grid
+from fitting.reticle.lines import WIDTH, Phases, demodulated, first_grid, fit_grid
 from fitting.reticle.result import Scale
 
-# Harmonics of thin lines that are added up to find the grid; the lines need so many pixels a division.
-_HARMONICS, _FINEST = 3, 0.3
 _ROUNDS = 3
-# Width of the average of the demodulated lines, in divisions.
-_WIDTH = 1.2
 # Least mean coherence of the demodulated lines: a clean grid has 0.3 and more, rings below 0.01; and so many times what
 # white noise has in that average.
 _COHERENT, _NOISE = 0.02, 20.0
@@ -26,6 +20,8 @@ _COHERENT, _NOISE = 0.02, 20.0
 _SKEW, _STRETCH, _BENT = 0.05, 0.1, 0.3
 # The field's parts that are left out in turn, to a side, for the standard deviation (jackknife).
 _PARTS = 4
+# What noise alone makes of the grid's stretch once in 370 pictures: chi-squared with two degrees of freedom.
+_APART = 11.8
 
 
 @says_its_origin
@@ -42,7 +38,8 @@ def scale(
 
     The grid's two lowest wave vectors are found in the Fourier transform, with their harmonics; demodulated by each,
     the image gives the lines' phase everywhere, to which two plane waves behind one radial distortion are fitted. The
-    standard deviation is the jackknife's over sixteen parts of the field, with the division's own.
+    standard deviation is the jackknife's over sixteen parts of the field, with the division's own and half of the
+    stretch beyond its noise, by which pixels are longer one way: a tilted grid or camera makes as much.
 
     Args:
       image: a file, or an array as in `fitting.fit`.
@@ -63,19 +60,19 @@ def _measured(photograph: Photograph, division: float, division_sd: float) -> Sc
     if photograph.mask.sum() < 1024:
         return Scale("refused", f"{int(photograph.lit.sum())} pixels can be used: the image is dark or masked")
     fringes = flatten(photograph.image, photograph.lit)
-    grid = _lattice(fringes)
+    grid = first_grid(fringes)
     if grid is None:
         return Scale("refused", "no grid: no two directions of evenly spaced lines were found", photograph=photograph)
     phases: list[Phases] = []
     for _ in range(_ROUNDS):
-        phases = [_demodulated(fringes, photograph.lit, grid, direction) for direction in (0, 1)]
+        phases = [demodulated(fringes, photograph.lit, grid, direction) for direction in (0, 1)]
         coherence = min(of_direction.coherence for of_direction in phases)
         longest = 1 / min(lines.frequency for lines in grid.directions)
-        least = max(_COHERENT, _NOISE / (4 * np.pi * (_WIDTH * longest) ** 2))
+        least = max(_COHERENT, _NOISE / (4 * np.pi * (WIDTH * longest) ** 2))
         if coherence < least:
             message = f"no grid found: line coherence is {coherence:.2g}; at least {least:.2g} is required"
             return Scale("refused", message, photograph=photograph)
-        grid = _fit(phases, grid, photograph.image.shape)
+        grid = fit_grid(phases, grid, photograph.image.shape)
     return _checked(_answer(grid, phases, photograph, division, division_sd))
 
 
@@ -94,110 +91,6 @@ def _checked(answer: Scale) -> Scale:
     return Scale("refused", f"no square grid: {reason}", photograph=answer.photograph) if reason else answer
 
 
-def _lattice(fringes: np.ndarray) -> Grid | None:
-    """Two directions of similar distances across each other, with the most power in them and their harmonics."""
-    size = [fft.next_fast_len(2 * n) for n in fringes.shape]
-    power = np.abs(np.asarray(fft.fft2(fringes, size, workers=2))) ** 2
-    fy, fx = np.meshgrid(fft.fftfreq(size[0]), fft.fftfreq(size[1]), indexing="ij")
-    length = np.hypot(fx, fy)
-    least = 4 / min(fringes.shape)
-    half = (length > least) & (length < _FINEST) & ((fx > 0) | ((fx == 0) & (fy > 0)))
-    peaks = half & (power == ndimage.maximum_filter(power, size=7, mode="wrap"))
-    rows, columns = np.nonzero(peaks)
-    strongest = np.argsort(power[rows, columns])[::-1][:60]
-    waves = np.stack([fx[rows, columns], fy[rows, columns]], axis=1)[strongest]
-
-    def strength(wave):
-        at = [np.round(k * wave[::-1] * size).astype(int) for k in range(1, _HARMONICS + 1)]
-        near = [power[np.ix_(*[(np.arange(-2, 3) + a) % n for a, n in zip(place, size, strict=True)])] for place in at]
-        return sum(float(table.max()) for table in near)
-
-    strengths = np.array([strength(wave) for wave in waves])
-    best = None
-    for i in range(len(waves)):
-        for j in range(i + 1, len(waves)):
-            long, short = sorted(np.hypot(*waves[[i, j]].T))[::-1]
-            if long > 1.25 * short or abs(waves[i] @ waves[j]) > 0.26 * long * short:
-                continue
-            # Both directions count: a strong one beside noise is no grid.
-            score = min(strengths[i], strengths[j])
-            if best is None or score > best[0]:
-                best = (score, i, j)
-    if best is None:
-        return None
-    first, second = waves[best[1]], waves[best[2]]
-    upright = [first, second] if abs(first[0]) >= abs(second[0]) else [second, first]
-    along_x, along_y = (Lines(float(wave[0]), float(wave[1]), 0.0) for wave in upright)
-    return Grid(along_x, along_y, 0.0)
-
-
-class Phases(NamedTuple):
-    """Lines of one direction: places x, y [px], by how much they are ahead of a grid [turns, modulo 1], coherence."""
-
-    x: np.ndarray
-    y: np.ndarray
-    ahead: np.ndarray
-    coherence: float
-
-
-def _demodulated(fringes: np.ndarray, lit: np.ndarray, grid: Grid, direction: int) -> Phases:
-    """The lines' phase against a grid, and not against a plane wave: near an edge the average's middle is no pixel."""
-    rows, columns = fringes.shape
-    width = _WIDTH / grid.directions[direction].frequency
-    turns = grid.turns(direction, np.arange(columns), np.arange(rows)[:, None], fringes.shape)
-    waves = (np.cos(2 * np.pi * turns), -np.sin(2 * np.pi * turns))
-    smooth = [ndimage.gaussian_filter(fringes * wave, width, mode="constant") for wave in waves]
-    power = ndimage.gaussian_filter(fringes**2, width, mode="constant")
-    step = max(1, round(1.5 * width))
-    sample = (slice(step // 2, None, step),) * 2
-    phasor, power, covered = (smooth[0] + 1j * smooth[1])[sample], power[sample], lit[sample]
-    size = np.abs(phasor) ** 2 / np.maximum(power, 1e-12)
-    clear = covered & (size > 0.25 * np.percentile(size[covered], 90)) if covered.any() else covered
-    y, x = np.meshgrid(np.arange(rows)[sample[0]], np.arange(columns)[sample[1]], indexing="ij")
-    coherence = float(np.mean(size[clear] * 2)) if clear.any() else 0.0
-    return Phases(x[clear], y[clear], np.angle(phasor[clear]) / (2 * np.pi), coherence)
-
-
-def _fit(
-    phases: list[Phases],
-    start: Grid,
-    shape: tuple[int, int],
-    select: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None,
-) -> Grid:
-    """The grid, by robust least squares on what the lines are ahead of `start`; `select`: which places count."""
-    middle = np.array([(shape[1] - 1) / 2, (shape[0] - 1) / 2])
-    chosen = [np.ones(len(p.x), bool) if select is None else select(p.x, p.y) for p in phases]
-    turns = [p.ahead + start.turns(k, p.x, p.y, shape) for k, p in enumerate(phases)]
-    distances = [np.hypot(p.x - middle[0], p.y - middle[1]) / np.hypot(*middle) for p in phases]
-
-    def bounded(vector: np.ndarray, bends: bool) -> Grid:
-        grid = Grid.unpacked(vector)
-        return grid if bends else replace(grid, distortion=start.distortion)
-
-    def residual(vector: np.ndarray, reach: float, bends: bool) -> np.ndarray:
-        grid, parts = bounded(vector, bends), []
-        for k, p in enumerate(phases):
-            used = chosen[k] & (distances[k] <= reach)
-            difference = turns[k][used] - grid.turns(k, p.x[used], p.y[used], shape)
-            parts.append(difference - np.round(difference))
-        return np.concatenate(parts)
-
-    mean_ahead = [float(np.angle(np.exp(2j * np.pi * p.ahead).mean()) / (2 * np.pi)) for p in phases]
-    lines = [lines._replace(phase=lines.phase + turn) for lines, turn in zip(start.directions, mean_ahead, strict=True)]
-    grid = Grid(lines[0], lines[1], start.distortion)
-    # Outwards from the middle: at the rim a distortion may be off by whole lines.
-    nearest = float(min(distance.min() for distance in distances))
-    reaches = [*sorted({max(reach, nearest + 0.25) for reach in (0.3, 0.5, 0.7)}), np.inf]
-    for reach in reaches:
-        arguments = (reach, reach > reaches[0])
-        if len(residual(grid.packed(), *arguments)) > 20:
-            fit = optimize.least_squares(
-                residual, grid.packed(), x_scale=np.array(Grid.UNITS), loss="soft_l1", f_scale=0.03, args=arguments
-            )
-            grid = bounded(fit.x, arguments[1])
-    return grid
-
-
 def _jackknife(grid: Grid, phases: list[Phases], shape: tuple[int, int]) -> list[Grid]:
     """The grid from the field without each of its parts in turn, where that leaves most of the places but not all."""
 
@@ -212,7 +105,7 @@ def _jackknife(grid: Grid, phases: list[Phases], shape: tuple[int, int]) -> list
         select = without(part)
         counts = [(int(select(p.x, p.y).sum()), len(p.x)) for p in phases]
         if all(0.5 * total < count < total for count, total in counts):
-            grids.append(_fit(phases, grid, shape, select))
+            grids.append(fit_grid(phases, grid, shape, select))
     return grids
 
 
@@ -227,35 +120,66 @@ def _answer(grid: Grid, phases: list[Phases], photograph: Photograph, division: 
     partial = _jackknife(grid, phases, shape)
     size = grid.pixel * division
     spread = _jackknife_sd([part.pixel for part in partial]) * division
+    side_sds = [_jackknife_sd([part.sides[axis] for part in partial]) * division for axis in (0, 1)]
+    stretch_sds = np.array([_jackknife_sd([part.stretches[way] for part in partial]) for way in (0, 1)])
+    uneven = _unevenness(np.array(grid.stretches), stretch_sds)
     lines = tuple(float(np.ptp(grid.turns(k, p.x, p.y, shape))) for k, p in enumerate(phases))
-    warnings = list(photograph.warnings)
-    if not division_sd:
-        warnings.append(
-            "no standard deviation is given for division: treated as exact, and the uncertainty does not include it"
-        )
-    # Columns of the matrix of waves are what one pixel along x, y crosses, in divisions.
-    along_x, along_y = (float(np.hypot(*grid.waves[:, k])) * division for k in (0, 1))
-    if abs(np.log(along_x / along_y)) > 0.02:
-        warnings.append(
-            f"pixels are {abs(np.log(along_x / along_y)):.1%} longer one way: their geometric mean is given"
-        )
     first, second = grid.waves
     square = float(first @ second / (np.hypot(*first) * np.hypot(*second)))
     distortion_sd = _jackknife_sd([part.distortion for part in partial])
-    return Scale(
+    answer = Scale(
         "ok",
         pixel_size=size,
-        pixel_size_sd=float(np.hypot(spread, size * division_sd / division)),
-        pixel_size_x=along_x,
-        pixel_size_y=along_y,
+        pixel_size_sd=float(np.hypot(np.hypot(spread, size * division_sd / division), size * uneven / 2)),
+        pixel_size_x=grid.sides[0] * division,
+        pixel_size_y=grid.sides[1] * division,
+        pixel_size_x_sd=side_sds[0],
+        pixel_size_y_sd=side_sds[1],
+        stretch=grid.stretches[0],
+        shear=grid.stretches[1],
+        stretch_sd=float(stretch_sds[0]),
+        shear_sd=float(stretch_sds[1]),
         angle=float(np.arctan2(first[1], first[0])) if first[0] >= 0 else float(np.arctan2(-first[1], -first[0])),
         skew=float(np.arcsin(np.clip(square, -1, 1))),
         distortion=grid.distortion,
         distortion_sd=distortion_sd if np.isfinite(distortion_sd) else None,
+        half_diagonal=float(np.hypot(shape[0] - 1, shape[1] - 1) / 2),
         lines=(lines[0], lines[1]),
         division=division,
         division_sd=division_sd or None,
-        warnings=warnings,
+        warnings=list(photograph.warnings),
         photograph=photograph,
         grid=grid,
+    )
+    if not division_sd:
+        answer.warnings.append(
+            "no standard deviation is given for division: treated as exact, and the uncertainty does not include it"
+        )
+    if uneven > 0:
+        answer.warnings.append(_uneven_words(answer, uneven))
+    return answer
+
+
+def _unevenness(stretches: np.ndarray, sds: np.ndarray) -> float:
+    """By what share pixels are longer one way than across it, beyond what noise makes of it; 0 where noise may."""
+    if not (np.square(stretches / sds).sum() > _APART):
+        return 0.0
+    return float(np.sqrt(max(np.square(stretches).sum() - np.square(sds).sum(), 0.0)))
+
+
+def _uneven_words(answer: Scale, uneven: float) -> str:
+    along = [
+        f"{rounded(size, sd)} ± {sd:.2g} m along {axis}"
+        for axis, size, sd in (
+            ("x", answer.pixel_size_x, answer.pixel_size_x_sd),
+            ("y", answer.pixel_size_y, answer.pixel_size_y_sd),
+        )
+        if size and sd
+    ]
+    stretches, sds = (answer.stretch, answer.shear), (answer.stretch_sd, answer.shear_sd)
+    ratio = np.sqrt(sum((value or 0.0) ** 2 / (sd or 1.0) ** 2 for value, sd in zip(stretches, sds, strict=True)))
+    return (
+        f"pixels are {uneven:.2g} longer one way than across it ({', '.join(along)}; {ratio:.2g} standard deviations): "
+        "a tilted grid or camera, or pixels that are not square; their geometric mean is given, and half of the "
+        f"difference is in its standard deviation ({uneven:.2%} of a radius): photograph the grid along its normal"
     )

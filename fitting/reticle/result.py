@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.parameters import AbstractResult, Origin, origin_from, rounded, with_sd
+from fitting.parameters import AbstractResult, Origin, origin_from, with_sd
 from fitting.photo import Photograph
 from fitting.reticle.grid import Grid
 
@@ -18,13 +18,22 @@ _KEYS = {
     "pixel_size_sd_m": "pixel_size_sd",
     "pixel_size_x_m": "pixel_size_x",
     "pixel_size_y_m": "pixel_size_y",
+    "pixel_size_x_sd_m": "pixel_size_x_sd",
+    "pixel_size_y_sd_m": "pixel_size_y_sd",
+    "stretch": "stretch",
+    "stretch_sd": "stretch_sd",
+    "shear": "shear",
+    "shear_sd": "shear_sd",
     "angle_rad": "angle",
     "skew_rad": "skew",
     "distortion": "distortion",
     "distortion_sd": "distortion_sd",
+    "half_diagonal_px": "half_diagonal",
     "division_m": "division",
     "division_sd_m": "division_sd",
 }
+# What files of earlier versions do not have.
+_LATER = ("pixel_size_x_sd", "pixel_size_y_sd", "stretch", "stretch_sd", "shear", "shear_sd", "half_diagonal")
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -33,9 +42,14 @@ class Scale(AbstractResult):
 
     - `status`: "ok", or "refused" with a `message`.
     - `pixel_size`: geometric mean of both axes in the middle of the image, with `pixel_size_sd` (its scatter over the
-      field, and the division's own); `pixel_size_x`, `pixel_size_y` along the image's axes.
+      field, the division's own, and half of the stretch where noise does not explain that); `pixel_size_x`,
+      `pixel_size_y` along the image's axes, with `pixel_size_x_sd`, `pixel_size_y_sd`.
+    - `stretch` a and `shear` b of the pixels, as the fit's oblique view has them: offsets on the object are
+      exp([[a, b], [b, -a]] / 2) times those of square pixels, a = ln(pixel_size_x / pixel_size_y) without a skew;
+      `stretch_sd`, `shear_sd`.
     - `angle` of the grid against the image, `skew` of its two directions from a right angle [rad].
-    - `distortion`: κ of r (1 + κ r²), r in half diagonals from the middle, as in the fit; `distortion_sd`.
+    - `distortion`: κ of r (1 + κ r²), r in half diagonals from the middle, as in the fit; `distortion_sd`;
+      `half_diagonal` of the image from the middle of its corner pixels [px].
     - `lines` [2]: how many were seen along either direction; `division` and its deviation as given.
     """
 
@@ -45,10 +59,17 @@ class Scale(AbstractResult):
     pixel_size_sd: float | None = None
     pixel_size_x: float | None = None
     pixel_size_y: float | None = None
+    pixel_size_x_sd: float | None = None
+    pixel_size_y_sd: float | None = None
+    stretch: float | None = None
+    shear: float | None = None
+    stretch_sd: float | None = None
+    shear_sd: float | None = None
     angle: float | None = None
     skew: float | None = None
     distortion: float | None = None
     distortion_sd: float | None = None
+    half_diagonal: float | None = None
     lines: tuple[float, float] | None = None
     division: float | None = None
     division_sd: float | None = None
@@ -70,8 +91,11 @@ class Scale(AbstractResult):
     def from_dict(cls, saved: Mapping[str, Any]) -> "Scale":
         """The scale that `to_dict` was called of."""
         lines = saved["lines"]
+        fields: dict[str, Any] = {name: saved[key] for key, name in _KEYS.items() if name not in _LATER}
+        later: dict[str, Any] = {name: saved.get(key) for key, name in _KEYS.items() if name in _LATER}
         return cls(
-            **{name: saved[key] for key, name in _KEYS.items()},
+            **fields,
+            **later,
             lines=lines and (lines[0], lines[1]),
             warnings=list(saved["warnings"]),
             origin=origin_from(saved),
@@ -96,14 +120,15 @@ class Scale(AbstractResult):
         """The scale as text."""
         lines = [f"[[Scale]]  {self.status}" + (f": {self.message}" if self.message else "")]
         if self.pixel_size is not None and self.lines is not None:
-            sizes = self.pixel_size_x or 0.0, self.pixel_size_y or 0.0
-            along = ", ".join(rounded(size, self.pixel_size_sd) for size in sizes)
+            unit = f"u in half diagonals of {self.half_diagonal or 0.0:.5g} px"
+            sides = (self.pixel_size_x, self.pixel_size_x_sd), (self.pixel_size_y, self.pixel_size_y_sd)
+            along = ", ".join(with_sd(size or 0.0, sd, "m") for size, sd in sides)
             lines += [
                 f"    pixel size   {with_sd(self.pixel_size, self.pixel_size_sd, 'm')} on the object",
-                f"    along x, y   {along} m",
+                f"    along x, y   {along}",
                 f"    grid         turned by {np.degrees(self.angle or 0.0):.3g}°, "
                 f"{np.degrees(self.skew or 0.0):.2g}° off a right angle",
-                f"    distortion   {with_sd(self.distortion or 0.0, self.distortion_sd)} at the corners",
+                f"    distortion   {with_sd(self.distortion or 0.0, self.distortion_sd)} of u (1 + κ u²), {unit}",
                 f"    lines        {self.lines[0]:.0f} and {self.lines[1]:.0f} divisions of {self.division:.4g} m",
             ]
         if self.warnings:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import fitting
 from fitting.parameters import with_sd
-from fitting.shell import scale_verb, session, stopping
+from fitting.shell import session, stopping
 from fitting.shell.answer import Extras, Outputs, as_png
 from fitting.shell.lamps import Wavelength
 from fitting.shell.progress import progress
@@ -135,7 +135,8 @@ def _arguments(options: FitOptions) -> dict:
     if options.contact is not None:
         arguments["parts"] = {"contact": options.contact}
     if options.scale_from is not None:
-        arguments |= scale_verb.from_file(options.scale_from)
+        del arguments["pixel_size"]
+        arguments["scale"] = options.scale_from
     if options.scene is None:
         wavelength = None if options.wavelength is None else options.wavelength.within(1.0)
         return {**arguments, "wavelength": wavelength, "view": options.view}
@@ -148,7 +149,7 @@ def _arguments(options: FitOptions) -> dict:
         arguments["wavelength"] = options.wavelength.within(float(scene.media[0]))
     elif options.radius is None:
         arguments["wavelength"] = float(scene.wavelength)
-    if arguments["pixel_size"] is None and camera is not None:
+    if options.scale_from is None and arguments["pixel_size"] is None and camera is not None:
         arguments["pixel_size"] = float(camera.pixel_size)
     return {**arguments, "view": scene.view, "scene": scene}
 

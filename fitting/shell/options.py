@@ -90,7 +90,7 @@ Transfer = Annotated[
     Any, option(_transfer, "linear|srgb|GAMMA", "Transfer curve of the file. Default: 8 bits sRGB, 16 bits linear.")
 ]
 ScaleFrom = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Pixel size and its deviation, from the JSON of `newtonjax scale`.")
+    Path | None, typer.Option(metavar="FILE", help="Pixel size and distortion, from the JSON of `newtonjax scale`.")
 ]
 Contact = Annotated[
     bool | None,
