@@ -72,11 +72,13 @@ def measured(
             "message": f"{missing} are not given; only one unknown can be measured, so the result is the fringe scale",
         }
     effects = {n: _effect(fit, known, n) * values[known.unknown] / values[n] for n, sd in known.sd.items() if sd}
+    per_percent = _per_percent(known, values)
     budget = rows + [(name, abs(effects[name]) * sd) for name, sd in known.sd.items() if sd]
     if known.plate is not None:
         if reason := lensless(known.plate[0], values["radius"], 0.0):
             return common | {"status": "refused", "message": reason}
         budget, factor = _on_plate(known, values, budget)
+        per_percent = {name: factor * change for name, change in per_percent.items()}
         common["covariance"] = block_of(rescaled(spread, {"curvature": factor}), moving)
     total = float(np.sqrt(sum(sd**2 for _, sd in budget)))
     if known.plate is not None and 1.96 * total > values["radius"]:
@@ -109,8 +111,21 @@ def measured(
         "contact_radius": parameters["contact_radius"].value if "contact_radius" in parameters else None,
         "parameters": answer | given | parameters | {"gap": _parameter(gap, gap_sd, "phase" not in free)},
         "budget": budget,
+        "per_percent": per_percent,
         **radius,
     }
+
+
+def _per_percent(known: Quantities, values: dict[str, float]) -> dict[str, float]:
+    """By how much 1 % of each given quantity without a standard deviation moves the measured one [its unit].
+
+    A gap of index 1 is taken for one of air, and not for a measured one.
+    """
+    unstated = [
+        name for name in known.given if name not in known.sd and (name, known.given[name]) != ("gap_index", 1.0)
+    ]
+    exponent = EXPONENTS[known.measured]
+    return {name: abs(0.01 * EXPONENTS[name] / exponent) * values[known.measured] for name in unstated}
 
 
 def _on_plate(known: Quantities, values: dict[str, float], budget: list) -> tuple[list, float]:

@@ -51,6 +51,7 @@ class FitResult(AbstractResult):
       that is pressed flat, None without.
     - `explained_variance`: share of the variance about a smooth background that the fringes explain.
     - `budget`: (source, standard deviation) of the measured quantity, `measured` by name.
+    - `per_percent`: by how much 1 % of a given quantity moves the measured one, for those without standard deviation.
     - `parameters` by name; `covariance` of those free, from noise, in the order `names`.
     - `residual` [rows, columns]: photograph less model, in units of the photograph's brightest pixels.
     - `evidence`: what `fitting.sample` draws from.
@@ -70,6 +71,7 @@ class FitResult(AbstractResult):
     contact_radius: float | None = None
     explained_variance: float | None = None
     budget: list[tuple[str, float]] = field(default_factory=list)
+    per_percent: dict[str, float] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
     model: dict[str, str] = field(default_factory=dict)
     seconds: float = 0.0
@@ -136,6 +138,7 @@ class FitResult(AbstractResult):
             TABLE["contact_radius"].key(): self.contact_radius,
             "explained_variance": self.explained_variance,
             "budget": [{"source": source, TABLE[self.measured].sd_key: sd} for source, sd in self.budget],
+            "per_percent": dict(self.per_percent),
             "warnings": list(self.warnings),
             "model": dict(self.model),
             "measured": self.measured,
@@ -171,6 +174,7 @@ class FitResult(AbstractResult):
             contact_radius=saved[TABLE["contact_radius"].key()],
             explained_variance=saved["explained_variance"],
             budget=[(row["source"], row[TABLE[saved["measured"]].sd_key]) for row in saved["budget"]],
+            per_percent=dict(saved.get("per_percent", {})),
             warnings=list(saved["warnings"]),
             model=dict(saved["model"]),
             seconds=saved["seconds"],
@@ -190,6 +194,21 @@ class FitResult(AbstractResult):
         advice = _ADVICE.get(source) or ADVICE.get(source) or advice or _ADVICE["model"]
         return f"largest: {source}, {sd**2 / total:.0%} of the variance; {advice}"
 
+    def _unstated(self, value: float) -> list[str]:
+        """That the deviation lacks quantities which have none, and what a percent of each would be."""
+        if not self.per_percent:
+            return []
+        by_change = sorted(self.per_percent.items(), key=lambda row: -row[1])
+        unit, names = TABLE[self.measured].in_unit, " and ".join(name for name, _ in by_change)
+        effects = (
+            f"1 % of {name} is {100 * change / value:.3g} % of {self.measured}, {change:.2g}{unit}"
+            for name, change in by_change
+        )
+        have = "have" if len(by_change) > 1 else "has"
+        counted = [source for source, _ in self.budget if source in TABLE and not TABLE[source].in_fit]
+        scope = "does not include all" if counted else "is of the image alone"
+        return [f"    ± {scope}: {names} {have} no standard deviation; {'; '.join(effects)}"]
+
     def report(self) -> str:
         """The result as text: the answer, its budget, the parameters, and what was modelled."""
         lines = [f"[[Result]]  {self.status}" + (f": {self.message}" if self.message else "")]
@@ -197,7 +216,10 @@ class FitResult(AbstractResult):
         if self.status == "ok" and answer and answer.sd is not None:
             headline, interval_95 = self.headline(), self.radius_interval or interval(answer.value, answer.sd)
             low, high = (rounded(end, answer.sd) for end in interval_95)
-            lines += [f"    {headline} ({answer.sd / answer.value:.2g} relative; 95 %: {low} to {high})"]
+            lines += [
+                f"    {headline} ({answer.sd / answer.value:.2g} relative; 95 %: {low} to {high})",
+                *self._unstated(answer.value),
+            ]
         if self.fringe_scale_per_px2 is not None:
             scale = with_sd(self.fringe_scale_per_px2, self.fringe_scale_sd, "per px²")
             lines += [f"    fringe scale n s²/(R λ) = {scale}"]
