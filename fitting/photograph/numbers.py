@@ -72,7 +72,12 @@ def measured(
             "message": f"{missing} are not given; only one unknown can be measured, so the result is the fringe scale",
         }
     effects = {n: _effect(fit, known, n) * values[known.unknown] / values[n] for n, sd in known.sd.items() if sd}
-    per_percent = _per_percent(known, values)
+    # A gap of index 1 is taken for one of air, and not for a measured one.
+    unstated = [
+        name for name in known.given if name not in known.sd and (name, known.given[name]) != ("gap_index", 1.0)
+    ]
+    percent = 0.01 * values[known.unknown] / EXPONENTS[known.unknown]
+    per_percent = {name: abs(percent * EXPONENTS[name]) for name in unstated}
     budget = rows + [(name, abs(effects[name]) * sd) for name, sd in known.sd.items() if sd]
     if known.plate is not None:
         if reason := lensless(known.plate[0], values["radius"], 0.0):
@@ -114,18 +119,6 @@ def measured(
         "per_percent": per_percent,
         **radius,
     }
-
-
-def _per_percent(known: Quantities, values: dict[str, float]) -> dict[str, float]:
-    """By how much 1 % of each given quantity without a standard deviation moves the measured one [its unit].
-
-    A gap of index 1 is taken for one of air, and not for a measured one.
-    """
-    unstated = [
-        name for name in known.given if name not in known.sd and (name, known.given[name]) != ("gap_index", 1.0)
-    ]
-    exponent = EXPONENTS[known.measured]
-    return {name: abs(0.01 * EXPONENTS[name] / exponent) * values[known.measured] for name in unstated}
 
 
 def _on_plate(known: Quantities, values: dict[str, float], budget: list) -> tuple[list, float]:
