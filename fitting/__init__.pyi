@@ -9,6 +9,7 @@ from fitting.photograph import FrameFit as FrameFit
 from fitting.photograph import Parameter as Parameter
 from fitting.photograph import fit as fit
 from fitting.photograph import fit_stack as fit_stack
+from fitting.reasons import Reason as Reason
 from fitting.reticle import Scale as Scale
 from fitting.reticle import scale as scale
 from fitting.sampling import Chain as Chain

@@ -56,7 +56,7 @@ class Design(AbstractResult):
         """The design for JSON: units beside the numbers, the designed bench as TOML."""
         return {
             "status": self.status,
-            "message": self.message,
+            "message": str(self.message),
             "target": self.target,
             "unit": self.unit,
             "over": list(self.over),

@@ -16,6 +16,7 @@ from fitting.designs.job import DesignTask
 from fitting.designs.prospects import LIMITS, Bench, Layout, Limits, forecast
 from fitting.designs.search import BINDS, Search, infeasible
 from fitting.parameters import Deviations, Progress, progress_of
+from fitting.reasons import Reason
 from fitting.studies import says_its_bench
 from newtonjax.numerics import positive, require, require_choice, require_mapping, require_size, require_whole
 from newtonjax.scene import Camera, Scene
@@ -122,7 +123,7 @@ def _best(
         if np.all(np.abs(outcome.total - search.evaluate(place[:count], choice)[0]) < _AGREES):
             break
     else:
-        raise ValueError("the field has too many fringes for a smooth forecast: give a smaller field, or fewer rings")
+        raise ValueError(Reason.TOO_MANY_FRINGES())
     done(len(runs) + 1, len(runs) + 1)
     pick = np.max if robust == "worst" else np.mean
     room = search.evaluate(place[:count], choice)[2]

@@ -7,6 +7,7 @@ from scipy.optimize import minimize, nnls
 
 from fitting.designs.job import DesignTask
 from fitting.designs.prospects import LIMITS, Bench, Layout, prospects
+from fitting.reasons import Reason
 from fitting.studies import UndeterminedError
 
 # A limit or a bound binds from so near on.
@@ -153,8 +154,5 @@ def infeasible(search: Search, runs) -> ValueError:
         if -room.min() < best:
             best, name = -room.min(), LIMITS[int(np.argmin(room))]
     if not name:
-        return UndeterminedError(
-            f"no starting design determines {search.task.target}: "
-            "a beam misses the field, or a parameter is undetermined"
-        )
-    return ValueError(f"no design within the bounds meets the limits: {name} stays exceeded; widen bounds or limits")
+        return UndeterminedError(Reason.DESIGN_UNDETERMINED(target=search.task.target))
+    return ValueError(Reason.NO_DESIGN_WITHIN_LIMITS(limit=name))

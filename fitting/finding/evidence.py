@@ -9,6 +9,8 @@ from fitting.finding.few_fringes import orders_of
 from fitting.finding.matched_filter import Rings
 from fitting.finding.view import View, plane_wave, resolving_view, view_of
 from fitting.photo import Photograph, noise_variance, pixels_of
+from fitting.reasons import Reason
+from newtonjax.numerics import Statement
 
 # Tiles that a field is cut into: four to a fringe and direction, within these bounds; and pixels to a side of a tile.
 _FEWEST_TILES, _MOST_TILES, _SMALLEST_TILE = 25, 400, 5
@@ -85,41 +87,30 @@ class RingEvidence:
         return float(np.clip((_MATCH - self.match) / (_MATCH - _NO_MATCH), 0.0, 1.0))
 
     @property
-    def reason(self) -> str:
-        """Why no radius can be had: what was measured and what is required; empty for rings."""
-        return {
-            "rings": "",
-            "straight": self._straight,
-            "no rings": self._no_rings,
-            "many beams": (
-                f"these fringes are not of two beams: their second and third harmonics are {self.second:.2f} and "
-                f"{self.third:.2f} of their amplitude, whatever the camera's exponent; at most {_SECOND} and {_THIRD} "
-                "are allowed (Fabry-Perot rings are as sharp)"
-            ),
-        }[self.verdict]
+    def reason(self) -> Statement | None:
+        """Why no radius can be had: what was measured and what is required; None for rings."""
+        match self.verdict:
+            case "straight":
+                return self._straight
+            case "no rings":
+                return self._no_rings
+            case "many beams":
+                return Reason.MANY_BEAMS(second=self.second, third=self.third, most_second=_SECOND, most_third=_THIRD)
+            case _:
+                return None
 
     @property
-    def _straight(self) -> str:
+    def _straight(self) -> Statement:
         if self.bend < self.least_bend:
-            return (
-                f"the fringes are straight: across {self.orders:.0f} fringes they bend by {self.bend:.2g} fringe "
-                f"spacings; at least {self.least_bend:.2g} is required: a radius needs curved fringes"
-            )
-        return (
-            f"the fringes are straight: evenly spaced ones explain {self.plane:.0%} of the fringe power, rings "
-            f"{self.match:.0%}; a radius needs rings or arcs"
-        )
+            return Reason.STRAIGHT_BEND(orders=self.orders, bend=self.bend, least=self.least_bend)
+        return Reason.STRAIGHT_WAVE(plane=self.plane, match=self.match)
 
     @property
-    def _no_rings(self) -> str:
-        explained = f"no rings: the best ones explain {self.match:.0%} of the fringe power"
+    def _no_rings(self) -> Statement:
         if self.match < _NO_MATCH:
-            return f"{explained}; at least {_NO_MATCH:.0%} is required"
-        return (
-            f"{explained}, {max(self.share, 0):.0%} of the image's variance follows their phase from place to place, "
-            f"and neighbouring places agree to {max(self.coherence, 0):.0%}; "
-            f"at least {self.least_agreement:.0%} of both is required where rings explain so little"
-        )
+            return Reason.NO_RINGS_MATCH(match=self.match, least=_NO_MATCH)
+        share, coherence = max(self.share, 0.0), max(self.coherence, 0.0)
+        return Reason.NO_RINGS_AGREEMENT(match=self.match, share=share, coherence=coherence, least=self.least_agreement)
 
 
 def evidence_of(photograph: Photograph, rings: Rings, view: View | None = None) -> RingEvidence:

@@ -32,7 +32,6 @@ from fitting.parameters.result import AbstractResult as AbstractResult
 from fitting.parameters.result import Origin as Origin
 from fitting.parameters.result import common_from as common_from
 from fitting.parameters.result import interval as interval
-from fitting.parameters.result import origin_from as origin_from
 from fitting.parameters.result import origin_of as origin_of
 from fitting.parameters.result import says_its_origin as says_its_origin
 from fitting.parameters.running import Progress as Progress

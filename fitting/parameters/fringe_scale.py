@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from fitting.parameters.table import TABLE
-from newtonjax.numerics import is_real, shown
+from fitting.reasons import Reason
+from newtonjax.numerics import Statement, is_real, shown
 from newtonjax.scene import RELATIVE_SD
 
 # What may be 0, and have a deviation all the same.
@@ -164,14 +165,14 @@ def held_turns(fixed: dict, quantities: Quantities) -> float:
     return 2 * quantities.given.get("gap_index", 1.0) * fixed["gap"] / quantities.given.get("wavelength", 1.0)
 
 
-def lensless(plate: float, effective: float, reach: float) -> str:
-    """Why no lens stands on a plate [m], for rings of a radius [m] that reach so far [m]; empty where one can."""
+def lensless(plate: float, effective: float, reach: float) -> Statement | None:
+    """Why no lens stands on a plate [m], for rings of a radius [m] that reach so far [m]; None where one can."""
     curvature = 1 / effective - 1 / plate
     if not curvature > 0:
-        return f"plate_radius is {plate:g} m: with rings of {effective:.4g} m the lens would not be convex"
+        return Reason.PLATE_LENS_NOT_CONVEX(plate=plate, effective=effective)
     if curvature * reach >= 1:
-        return f"plate_radius is {plate:g} m: a lens of {1 / curvature:.3g} m is smaller than its rings, {reach:.3g} m"
-    return ""
+        return Reason.PLATE_LENS_TOO_SMALL(plate=plate, lens=1 / curvature, reach=reach)
+    return None
 
 
 def checked_plate(radius, sd) -> tuple[float, float] | None:

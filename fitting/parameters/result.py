@@ -18,6 +18,7 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar, cast
 import numpy as np
 
 from fitting.files import output
+from newtonjax.numerics import Statement
 
 # What two results may differ in and still say the same.
 _OF_THE_RUN = ("seconds", "origin")
@@ -105,6 +106,7 @@ class AbstractResult(abc.ABC):
     """What a verb of `fitting` returns.
 
     - `status`: "ok" where there is an answer; `message`: the reason where there is none; `warnings`: what to look at.
+      Programs tell them apart by `reason` and `warning_codes`, names of `fitting.Reason` that stay.
     - `str(result)` is the report, `repr(result)` its first lines; in a notebook the picture stands beside it.
     - Results are equal where they say the same, whenever they were made. They can be pickled.
     """
@@ -113,6 +115,16 @@ class AbstractResult(abc.ABC):
     message: str
     warnings: list[str]
     origin: Origin | None
+
+    @property
+    def reason(self) -> str | None:
+        """The name of `message` in `fitting.Reason`, None where there is no message."""
+        return getattr(self.message, "code", None)
+
+    @property
+    def warning_codes(self) -> list[str]:
+        """The names of the warnings in `fitting.Reason`, in their order."""
+        return [getattr(text, "code", "") for text in self.warnings]
 
     @abc.abstractmethod
     def report(self) -> str:
@@ -130,7 +142,9 @@ class AbstractResult(abc.ABC):
     def _common(self) -> dict[str, Any]:
         """What ends every `to_dict`."""
         return {
-            "warnings": list(self.warnings),
+            "reason": self.reason,
+            "warnings": [str(text) for text in self.warnings],
+            "warning_codes": self.warning_codes,
             "kind": type(self).__name__,
             "origin": self.origin and self.origin._asdict(),
         }
@@ -204,13 +218,12 @@ class AbstractResult(abc.ABC):
 
 
 def common_from(saved: Mapping[str, Any]) -> tuple[str, str, list[str], Origin | None]:
-    """Status, message, warnings and origin of a saved result."""
-    return saved["status"], saved["message"], list(saved["warnings"]), origin_from(saved)
-
-
-def origin_from(saved: Mapping[str, Any]) -> Origin | None:
-    """The origin in a saved result, None where it has none."""
-    return Origin(**saved["origin"]) if saved.get("origin") else None
+    """Status, message, warnings and origin of a saved result; the texts with their names, where these were saved."""
+    message, reason, warnings = saved["message"], saved.get("reason"), list(saved["warnings"])
+    codes = saved.get("warning_codes") or [""] * len(warnings)
+    texts: list[str] = [Statement(text, code) if code else text for text, code in zip(warnings, codes, strict=True)]
+    origin = Origin(**saved["origin"]) if saved.get("origin") else None
+    return saved["status"], Statement(message, reason) if reason else message, texts, origin
 
 
 def interval(value: float, sd: float) -> tuple[float, float]:

@@ -11,6 +11,7 @@ from fitting.photo.arrays import SATURATED, Planes, array_of, below, clearest_ch
 from fitting.photo.codes import Codes, Curve
 from fitting.photo.image_file import SMALLER, load
 from fitting.photo.smoothing import smooth, thin
+from fitting.reasons import Reason
 from newtonjax.numerics import require_memory, shown
 
 _CHANNELS = ("red", "green", "blue")
@@ -81,9 +82,7 @@ def read(
         planes = planes._replace(top=255.0)
         if transfer is None:
             kind = planes.codes.dtype
-            warnings.append(
-                f"{kind} values up to 255 were read as 8-bit codes; give transfer='linear' for counts of light"
-            )
+            warnings.append(Reason.READ_AS_8_BIT(kind=kind))
     top = planes.top
     # One channel, a mask, the lit field, and what passes by while these are made.
     require_memory(f"a photograph of {rows} x {columns} pixels", float(rows) * columns * (itemsize + 5), SMALLER)
@@ -106,7 +105,7 @@ def read(
     usable = lit & follows
     share = 1.0 - float(np.mean(follows))
     if share > 0.02:
-        warnings.append(f"{share:.0%} of the pixels are saturated and were left out; expose less")
+        warnings.append(Reason.SATURATED(share=share))
     sample = thin(usable)
     light = codes.light_where(usable[sample], sample)
     unit = float(np.percentile(light, 99.5)) if light.size else 0.0
@@ -146,15 +145,13 @@ def _planes(source: str | Path | np.ndarray, page: int | None) -> tuple[Planes, 
         picture = load(source, page)
         planes = planes_of(picture.codes)
         if page is None and picture.pages > 1:
-            warnings.append(
-                f"page 1 of {picture.pages} was measured; page=N (--page N) reads another one, fitting.fit_stack all"
-            )
+            warnings.append(Reason.FIRST_PAGE(pages=picture.pages))
     elif page is None:
         planes = planes_of(source)
     else:
         raise ValueError(f"page is {shown(page)} and the image an array; a page goes with a file: leave it out")
     if planes.has_two_levels:
-        warnings.append("the picture has two levels only: a photograph in grey or colours is measured more precisely")
+        warnings.append(Reason.TWO_LEVELS())
     return planes, warnings
 
 

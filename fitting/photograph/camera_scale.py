@@ -10,6 +10,7 @@ import numpy as np
 
 from fitting.estimate import Fitted
 from fitting.parameters import AbstractResult, number
+from fitting.reasons import Reason
 from newtonjax.numerics import shown
 
 _WAYS = ("stretch", "shear")
@@ -48,10 +49,7 @@ class CameraScale:
         half_diagonal = _half_diagonal(shape)
         if self.half_diagonal is None or abs(half_diagonal - self.half_diagonal) < _SAME_SIZE:
             return []
-        return [
-            f"the picture has half diagonals of {half_diagonal:.4g} px, that of the grid {self.half_diagonal:.4g} px: "
-            "taken as cut about the middle of the same frame; a picture that was resized has another pixel size"
-        ]
+        return [Reason.PICTURE_OF_OTHER_SIZE(picture=half_diagonal, grid=self.half_diagonal)]
 
     def stretch_warning(self, fit: Fitted, variance: float) -> list[str]:
         """That the rings are stretched otherwise than the grid, by more than the noise of both explains."""
@@ -67,9 +65,9 @@ class CameraScale:
         (rings, _), (rings_sd, _), (grid, _) = values, np.sqrt(np.diag(covariance)), self.stretches
         grid_sd = float(np.sqrt(self.variances[0]))
         return [
-            f"the rings are stretched by {rings:.4f} ± {rings_sd:.2g} (x over y), the grid that gave the pixel size by "
-            f"{grid:.4f} ± {grid_sd:.2g}, {np.sqrt(square):.2g} standard deviations apart: one of the two was "
-            f"photographed at a slant. The radius may be {size:.2%} off for that: photograph both along the normal"
+            Reason.STRETCHED_OTHERWISE(
+                rings=rings, rings_sd=rings_sd, grid=grid, grid_sd=grid_sd, ratio=np.sqrt(square), size=size
+            )
         ]
 
 

@@ -45,9 +45,15 @@ class FrameFit:
     searched: bool = False
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
 
+    @property
+    def reason(self) -> str | None:
+        """The name of `message` in `fitting.Reason`, None where there is no message."""
+        return getattr(self.message, "code", None)
+
     def to_dict(self) -> dict[str, Any]:
         """The row by name, the parameters as plain dictionaries: for a table or JSON."""
         row = {name: getattr(self, name) for name in self.__slots__ if name != "parameters"}
+        row |= {"message": str(self.message), "reason": self.reason}
         return row | {"parameters": {name: asdict(value) for name, value in self.parameters.items()}}
 
 

@@ -28,6 +28,7 @@ from fitting.photograph.summary import report
 from fitting.photograph.task import Task, task_of
 from fitting.photograph.transfer import linearized
 from fitting.photograph.verdict import RefusedError, judge, too_steep, why_refused
+from fitting.reasons import Reason
 from newtonjax.numerics import x64
 from newtonjax.scene import Scene
 
@@ -202,7 +203,7 @@ def _with_parts(task: Task, rings: Rings, plain: Fitted, before: Fitted | None =
     """
     photograph, wishes, contact_phase = task.photograph, task.wishes, task.contact_phase
     scaled = task.scene is None and task.quantities.unknown is not None
-    is_refused = not scaled and bool(why_refused(plain, photograph, rings, task.is_guided))
+    is_refused = not scaled and why_refused(plain, photograph, rings, task.is_guided) is not None
     if is_refused and plain.orders < FEW and not any(wishes.values()):
         # Parts may imitate whatever so few fringes leave over.
         return Choice(plain, {}, photograph)
@@ -239,10 +240,7 @@ def solve_bench(scene: Scene, task: Task, choice: Choice) -> Choice:
     model, numbers = scene_start(scene, task.quantities, frame, gap.numbers, phase, task.fixed)
     bench = robust_fit(model, gap.reduced, [numbers], task.fixed)
     if not bench.explained > 0.5 * gap.explained:
-        reason = (
-            f"the scene does not reproduce these fringes: it explains {max(bench.explained, 0):.0%} of the image "
-            f"variance, a free ring pattern {gap.explained:.0%}; check the scene and the fixed parameters"
-        )
+        reason = Reason.SCENE_MISFIT(explained=max(bench.explained, 0.0), by_rings=gap.explained)
         raise RefusedError(reason, photograph)
     choice = adapt(bench, photograph, task.wishes, task.contact_phase)
     return choice._replace(found=finely(choice.found, photograph))

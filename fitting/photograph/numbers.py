@@ -21,6 +21,8 @@ from fitting.parameters import (
 )
 from fitting.photo import thin
 from fitting.photograph.result import Parameter
+from fitting.reasons import Reason
+from newtonjax.numerics import Joined
 
 
 def measured(
@@ -66,11 +68,8 @@ def measured(
     }
     if known.unknown is None or gap is None:
         common |= _on_the_mean(fit, common, spread, units, moving)
-        missing = " and ".join(name for name in EXPONENTS if name not in known.given)
-        return common | {
-            "status": "no-scale",
-            "message": f"{missing} are not given; only one unknown can be measured, so the result is the fringe scale",
-        }
+        missing = Joined(" and ", (name for name in EXPONENTS if name not in known.given))
+        return common | {"status": "no-scale", "message": Reason.NO_SCALE(missing=missing)}
     effects = {n: _effect(fit, known, n) * values[known.unknown] / values[n] for n, sd in known.sd.items() if sd}
     # A gap of index 1 is taken for one of air, and not for a measured one.
     unstated = [
@@ -87,9 +86,7 @@ def measured(
         common["covariance"] = block_of(rescaled(spread, {"curvature": factor}), moving)
     total = float(np.sqrt(sum(sd**2 for _, sd in budget)))
     if known.plate is not None and 1.96 * total > values["radius"]:
-        plate = f"with a plate radius of {known.plate[0]:g} m"
-        reason = f"{plate} the curvature of the lens is zero within its standard deviation"
-        return common | {"status": "refused", "message": reason}
+        return common | {"status": "refused", "message": Reason.PLATE_LENS_FLAT(plate=known.plate[0])}
     # The measured gap and the parts' lengths are in units of what is given.
     period_sd = np.hypot(relative_sd.get("wavelength", 0.0), relative_sd.get("gap_index", 0.0))
     gap_sd = float(np.hypot(sds.phase, gap * period_sd))

@@ -8,7 +8,7 @@ import numpy as np
 
 from fitting.estimate import Fitted
 from fitting.model import ADVICE
-from fitting.parameters import TABLE, AbstractResult, Origin, Quantities, interval, origin_from, rounded, with_sd
+from fitting.parameters import TABLE, AbstractResult, Origin, Quantities, common_from, interval, rounded, with_sd
 from fitting.photograph.picture import Picture
 
 # What makes a row of the budget smaller that is no given quantity's.
@@ -126,7 +126,7 @@ class FitResult(AbstractResult):
         radius, scale = TABLE["radius"], TABLE["fringe_scale"]
         answer = {
             "status": self.status,
-            "message": self.message,
+            "message": str(self.message),
             radius.key(): self.radius,
             radius.key("sd"): self.radius_sd,
             radius.key("interval"): self.radius_interval and list(self.radius_interval),
@@ -139,15 +139,13 @@ class FitResult(AbstractResult):
             "explained_variance": self.explained_variance,
             "budget": [{"source": source, TABLE[self.measured].sd_key: sd} for source, sd in self.budget],
             "per_percent": dict(self.per_percent),
-            "warnings": list(self.warnings),
             "model": dict(self.model),
             "measured": self.measured,
             "parameters": {name: asdict(parameter) for name, parameter in self.parameters.items()},
             "names": list(self.names),
             "covariance": None if self.covariance is None else self.covariance.tolist(),
             "seconds": self.seconds,
-            "kind": "FitResult",
-            "origin": self.origin and self.origin._asdict(),
+            **self._common(),
         }
         if self.measured != "radius" and self.measured in self.parameters:
             spec, parameter = TABLE[self.measured], self.parameters[self.measured]
@@ -159,9 +157,10 @@ class FitResult(AbstractResult):
         """The result that `to_dict` was called of, without its pixels."""
         radius, scale = TABLE["radius"], TABLE["fringe_scale"]
         interval, centre, covariance = saved[radius.key("interval")], saved["centre_px"], saved["covariance"]
+        status, message, warnings, origin = common_from(saved)
         return cls(
-            saved["status"],
-            saved["message"],
+            status,
+            message,
             measured=saved["measured"],
             radius=saved[radius.key()],
             radius_sd=saved[radius.key("sd")],
@@ -175,13 +174,13 @@ class FitResult(AbstractResult):
             explained_variance=saved["explained_variance"],
             budget=[(row["source"], row[TABLE[saved["measured"]].sd_key]) for row in saved["budget"]],
             per_percent=dict(saved.get("per_percent", {})),
-            warnings=list(saved["warnings"]),
+            warnings=warnings,
             model=dict(saved["model"]),
             seconds=saved["seconds"],
             parameters={name: Parameter(**parameter) for name, parameter in saved["parameters"].items()},
             names=tuple(saved["names"]),
             covariance=None if covariance is None else np.array(covariance, float),
-            origin=origin_from(saved),
+            origin=origin,
         )
 
     def dominant(self) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 
 from fitting.finding import Rings, box_of, evidence_of, find_rings
 from fitting.photo import Photograph
+from fitting.reasons import Reason
 
 # Radius of the middle, over the root of the lit box's area.
 _REACH = 0.25
@@ -38,5 +39,5 @@ def rings_in_the_middle(photograph: Photograph) -> tuple[Photograph, Rings] | No
     centre_is_inside = 0 <= row < inside.shape[0] and 0 <= column < inside.shape[1] and bool(inside[row, column])
     if evidence.reason or evidence.match < _MATCH or not fringes_agree or not centre_is_inside:
         return None
-    central.warnings.append("rings are seen in the middle of the picture only: what lies further out was left out")
+    central.warnings.append(Reason.MIDDLE_ONLY())
     return central, rings

@@ -21,6 +21,7 @@ from fitting.photograph.frame_fit import FrameFit, FrameScale
 from fitting.photograph.measure import fit
 from fitting.photograph.task import checked_parts
 from fitting.photograph.tracking import LostError, Track, begin, follow
+from fitting.reasons import Reason
 from newtonjax.numerics import names_in, require_choice, x64
 
 
@@ -90,7 +91,7 @@ def _rows(frames: Iterator, arguments: dict, known_quantities: Quantities) -> It
     scale = FrameScale(known_quantities, half, arguments["plate_radius"], (arguments["fixed"] or {}).get("gap"))
     for number, frame in enumerate(frames):
         if isinstance(frame, ValueError):
-            yield FrameFit(number, "refused", str(frame))
+            yield FrameFit(number, "refused", Reason.FRAME_UNUSABLE(error=str(frame)))
             continue
         with x64(runs_programs=False), one_blas_thread():
             row, track, scale = _next(number, frame, track, scale, arguments)
@@ -99,26 +100,26 @@ def _rows(frames: Iterator, arguments: dict, known_quantities: Quantities) -> It
 
 def _next(number: int, frame: np.ndarray, track: Track | None, scale: FrameScale, arguments: dict):
     """The row of a frame; the track with it, or as it was, and the scale."""
-    reason = ""
+    reason = None
     if track is not None:
         try:
             track = follow(track, frame)
             return scale.row(number, track.fit), track, scale
         except np.linalg.LinAlgError as error:
-            return FrameFit(number, "refused", f"undetermined: {error}"), track, scale
+            return FrameFit(number, "refused", Reason.UNDETERMINED(error=str(error))), track, scale
         except LostError as lost:
             if lost.hopeless:
-                return FrameFit(number, "refused", str(lost)), track, scale
-            reason = str(lost)
+                return FrameFit(number, "refused", lost.reason), track, scale
+            reason = lost.reason
     try:
         result = fit(frame, **arguments)
     except ValueError as error:  # a frame that is no image, or of another shape than the mask
-        return FrameFit(number, "refused", str(error)), track, scale
+        return FrameFit(number, "refused", Reason.FRAME_UNUSABLE(error=str(error))), track, scale
     if result.evidence is None or result.picture is None:
-        said = f"{reason}, and a search ended with: {result.message}" if reason else result.message
-        return FrameFit(number, result.status, said, searched=True), track, scale
+        message = Reason.SEARCHED_IN_VAIN(reason=reason, message=result.message) if reason else result.message
+        return FrameFit(number, result.status, message, searched=True), track, scale
     fitted = scale.counted(result.evidence.found, None if track is None else track.fit)
     scale = scale.calibrated(result, fitted)
     row = scale.row(number, fitted, searched=True)
-    row = replace(row, message=f"{reason}: searched anew" if reason else row.message)
+    row = replace(row, message=Reason.SEARCHED_ANEW(reason=reason) if reason else row.message)
     return row, begin(result.picture.photograph, fitted), scale

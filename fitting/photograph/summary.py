@@ -13,6 +13,8 @@ from fitting.photograph.result import Evidence, FitResult
 from fitting.photograph.selection import UNFITTED, Choice
 from fitting.photograph.task import Task
 from fitting.photograph.uncertainty import image_rows
+from fitting.reasons import Reason
+from newtonjax.numerics import Joined
 
 # Fringes finer than this [cycles per pixel] are near the camera's limit of a half.
 _NYQUIST = 0.42
@@ -33,17 +35,17 @@ def report(task: Task, choice: Choice, began: float) -> FitResult:
     }
     try:
         if not fit.converged:
-            message = "least squares did not converge; mask what is not rings, or give start"
-            return FitResult("not-converged", message, seconds=time.perf_counter() - began, **common)
+            return FitResult("not-converged", Reason.NOT_CONVERGED(), seconds=time.perf_counter() - began, **common)
         if task.scale is not None and task.scene is None:
             common["warnings"] += task.scale.stretch_warning(fit, variance)
         covariance, rows = image_rows(fit, variance, choice.rivals, given.given.get("wavelength"))
     except np.linalg.LinAlgError as error:
-        return FitResult("refused", f"undetermined: {error}", seconds=time.perf_counter() - began, **common)
+        return FitResult(
+            "refused", Reason.UNDETERMINED(error=str(error)), seconds=time.perf_counter() - began, **common
+        )
     numbers = measured(fit, given, task.contact_phase, covariance, rows)
     if numbers["fringe_scale_sd"] > 0.2 * numbers["fringe_scale_per_px2"]:
-        message = "the curvature is not determined: its standard deviation exceeds a fifth of its value"
-        return FitResult("refused", message, seconds=time.perf_counter() - began, **common)
+        return FitResult("refused", Reason.CURVATURE_UNCERTAIN(), seconds=time.perf_counter() - began, **common)
     evidence = Evidence(fit, given, variance, covariance)
     return FitResult(**numbers, seconds=time.perf_counter() - began, evidence=evidence, **common)
 
@@ -75,25 +77,17 @@ def _of_biweight(residuals: Residuals, weights: np.ndarray) -> float:
 def _warnings(choice: Choice, inflation: float, given: Quantities) -> list[str]:
     warnings = list(choice.photograph.warnings)
     if inflation > 1.5:
-        warnings.append(
-            f"residuals of neighbouring pixels are correlated ({inflation:.3g} times the variance of white noise): "
-            "the model misses structure in the image; the noise row of the budget is enlarged, other model errors are "
-            "not included"
-        )
+        warnings.append(Reason.CORRELATED_RESIDUALS(inflation=inflation))
     missing = [name for name in ("pixel_size", "wavelength") if name in given.given and name not in given.sd]
     if given.unknown and missing:
-        warnings.append(
-            f"no standard deviation is given for {' and '.join(missing)}: treated as exact, and the reported "
-            "uncertainty does not include it"
-        )
-    warnings += [f"{part}: {why}" for part, why in choice.evidence.items() if why.startswith(UNFITTED)]
+        warnings.append(Reason.TREATED_AS_EXACT(names=Joined(" and ", missing)))
+    warnings += [
+        Reason.PART_NOT_FITTED(part=part, why=why) for part, why in choice.evidence.items() if why.startswith(UNFITTED)
+    ]
     if float(choice.found.solution.point.modulus.mean()) < 0:
-        warnings.append("fringes are bright where the given gap predicts dark ones; check gap and view")
+        warnings.append(Reason.BRIGHT_FOR_DARK())
     if (cycles := finest(choice.found)) > _NYQUIST:
-        warnings.append(
-            f"the finest fringes are {1 / cycles:.2g} pixels wide, close to the sampling limit of 2 pixels; "
-            "mask the rim or use more pixels"
-        )
+        warnings.append(Reason.NEAR_SAMPLING_LIMIT(width=1 / cycles))
     return warnings
 
 

@@ -19,13 +19,10 @@ from fitting.photo import Photograph
 from fitting.photo import read as read_photograph
 from fitting.photograph.camera_scale import CameraScale, camera_scale
 from fitting.photograph.verdict import RefusedError
+from fitting.reasons import Reason
 from newtonjax.numerics import names_in, require_choice, shown
 from newtonjax.scene import Scene, required_gap
 
-_UNSTATED = (
-    'view is not given: "reflected" is assumed; one image cannot distinguish reflected from transmitted rings unless '
-    "the gap is known, nor Newton's rings from those of a Michelson interferometer"
-)
 # Fewer pixels hold no rings.
 _FEWEST = 64
 
@@ -93,12 +90,11 @@ def task_of(arguments: dict[str, Any]) -> Task:
         arguments["page"],
     )
     if arguments["view"] is None and scene is None:
-        photograph.warnings.append(_UNSTATED)
+        photograph.warnings.append(Reason.VIEW_ASSUMED())
     if (usable := int(photograph.mask.sum())) < _FEWEST:
-        reason = f"{usable} pixels of {photograph.mask.size} can be used: the image is saturated, dark or masked"
-        raise RefusedError(reason, photograph)
+        raise RefusedError(Reason.TOO_FEW_PIXELS(usable=usable, total=photograph.mask.size), photograph)
     if photograph.is_uniform:
-        raise RefusedError("the image is uniform: there are no fringes", photograph)
+        raise RefusedError(Reason.UNIFORM(), photograph)
     distortion = None if scale is None else scale.prior_distortion(photograph.image.shape)
     priors = {} if distortion is None else {"distortion": distortion}
     photograph.warnings.extend(() if scale is None else scale.size_warning(photograph.image.shape))

@@ -26,6 +26,8 @@ from fitting.estimate import (
 )
 from fitting.parameters import NUMBERS
 from fitting.photo import Photograph, Reduced, read_again, reduce
+from fitting.reasons import Reason
+from newtonjax.numerics import Statement
 
 # A share of the lit field that must be left to measure; of the variance of the last frame's light, that tells a dark
 # or blank frame from one whose rings went elsewhere.
@@ -55,9 +57,9 @@ class Track:
 class LostError(Exception):
     """A frame that holds no rings to follow: why; `hopeless`: a search would find none either."""
 
-    def __init__(self, reason: str, hopeless: bool = False):
+    def __init__(self, reason: Statement, hopeless: bool = False):
         super().__init__(reason)
-        self.hopeless = hopeless
+        self.reason, self.hopeless = reason, hopeless
 
 
 def begin(photograph: Photograph, fit: Fitted) -> Track:
@@ -70,7 +72,7 @@ def follow(track: Track, frame: np.ndarray) -> Track:
     try:
         photograph = read_again(frame, track.photograph)
     except ValueError as error:
-        raise LostError(str(error), hopeless=True) from None
+        raise LostError(Reason.FRAME_UNUSABLE(error=str(error)), hopeless=True) from None
     _require_light(photograph, track)
     numbers = track.fit.numbers
     starts = [numbers] if track.before is None else [numbers, 2 * numbers - track.before]
@@ -82,19 +84,19 @@ def follow(track: Track, frame: np.ndarray) -> Track:
         if fit is not None and 1 - fit.explained < _WORSE * (1 - track.fit.explained) + _MORE:
             return Track(photograph, fit, _spread(photograph), numbers)
     if _spread(photograph) < np.sqrt(_FAINT) * track.spread:
-        raise LostError("dark or blank: its light varies by less than a tenth of the last frame's", hopeless=True)
-    raise LostError("the rings are not where the last frame had them")
+        raise LostError(Reason.FRAME_DARK(), hopeless=True)
+    raise LostError(Reason.RINGS_LOST())
 
 
 def _require_light(photograph: Photograph, track: Track) -> None:
     field = int(track.photograph.lit.sum())
     finite, usable = int(photograph.lit.sum()), int(photograph.mask.sum())
     if finite < _USABLE * field:
-        raise LostError(f"{1 - finite / field:.0%} of its pixels are no numbers, or masked", hopeless=True)
+        raise LostError(Reason.FRAME_MASKED(share=1 - finite / field), hopeless=True)
     if usable < _USABLE * field:
-        raise LostError(f"saturated: {1 - usable / field:.0%} of its pixels cannot be used", hopeless=True)
+        raise LostError(Reason.FRAME_SATURATED(share=1 - usable / field), hopeless=True)
     if _spread(photograph) == 0:
-        raise LostError("uniform: there are no fringes", hopeless=True)
+        raise LostError(Reason.FRAME_UNIFORM(), hopeless=True)
 
 
 def _spread(photograph: Photograph) -> float:

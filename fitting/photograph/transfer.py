@@ -6,6 +6,7 @@ from numpy.polynomial.chebyshev import chebvander
 from fitting.estimate import SIZES, Fitted, correlation
 from fitting.model import gap_phase
 from fitting.photo import Photograph, thin
+from fitting.reasons import Reason
 
 _PIXELS = 30_000
 # A second harmonic below this share of the first moves no radius by its noise, and one within so many standard
@@ -41,10 +42,7 @@ def linearized(photograph: Photograph, fit: Fitted) -> Photograph | None:
     tried = [left(exponent) for exponent in _EXPONENTS]
     at = int(np.argmin(tried))
     if at in (0, len(tried) - 1):
-        photograph.warnings.append(
-            "the fringes are no pure cosine, and no exponent of the codes makes them one (the best lies at the edge of "
-            f"what was tried, {_EXPONENTS[at]:.2g}): more than two beams, clipping, or a curve that is no power law"
-        )
+        photograph.warnings.append(Reason.NO_PURE_COSINE(exponent=float(_EXPONENTS[at])))
         return None
     a, b, c = tried[at - 1 : at + 2]
     bend = a - 2 * b + c

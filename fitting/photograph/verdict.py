@@ -6,6 +6,8 @@ from fitting.estimate import FEW, SHAPES, Fitted, correlation
 from fitting.finding import Rings, plane_wave, view_of
 from fitting.parameters import Numbers, Quantities, lensless
 from fitting.photo import Photograph, noise_variance, pixels_of
+from fitting.reasons import Reason
+from newtonjax.numerics import Statement
 
 # Fringes that explain less than this are looked at twice; less than that are none.
 _POOR, _NONE = 0.3, 0.12
@@ -29,7 +31,7 @@ _STRUCTURE, _GROWTH, _ALIKE = 0.02, 3.6, 3.0
 class RefusedError(Exception):
     """A photograph of which no radius can be had: why, and the photograph as far as it was read."""
 
-    def __init__(self, reason: str, photograph: Photograph):
+    def __init__(self, reason: Statement, photograph: Photograph):
         super().__init__(reason)
         self.reason, self.photograph = reason, photograph
 
@@ -40,8 +42,8 @@ def judge(fit: Fitted, photograph: Photograph, rings: Rings, guided: bool = Fals
         raise RefusedError(reason, photograph)
 
 
-def why_refused(found: Fitted, photograph: Photograph, rings: Rings, guided: bool = False) -> str:
-    """Why no radius can be had from a fit of the gap formula; empty where one can.
+def why_refused(found: Fitted, photograph: Photograph, rings: Rings, guided: bool = False) -> Statement | None:
+    """Why no radius can be had from a fit of the gap formula; None where one can.
 
     `guided`: a person gave a start or held values, and so has seen rings.
     """
@@ -51,26 +53,20 @@ def why_refused(found: Fitted, photograph: Photograph, rings: Rings, guided: boo
     x, y = (middle + at * frame.unit for middle, at in zip(frame.middle, offsets, strict=True))
     orders, explained = found.orders, found.explained
     if not (np.isfinite(explained) and np.isfinite(scale)):
-        return "the fit has no finite optimum: no rings were recognized"
+        return Reason.NOT_FINITE()
     straight = plane_wave(view_of(photograph)) if explained < _POOR else 0.0
     if straight > 0.3:
-        return f"the fringes are straight (they explain {straight:.0%} of the power); a radius needs rings or arcs"
+        return Reason.STRAIGHT_FIT_WAVE(straight=straight)
     if explained < _NONE:
-        return (
-            f"no rings found: the best ring pattern explains {max(explained, 0):.1%} of the image variance; "
-            f"at least {_NONE:.0%} is required"
-        )
+        return Reason.NO_RINGS_FIT(explained=max(explained, 0.0), least=_NONE)
     for k, c in ((rings.scale, rings.centre), (scale, (x, y))):
         if bend := _straight(photograph.mask, k, c, _FEW_STRAIGHT):
             return bend
     if orders < (least := _FEWEST_GUIDED if guided else _FEWEST):
-        way_out = "" if guided else ", or give start or fixed values"
-        return (
-            f"the image shows {orders:.3g} fringes, which do not determine a scale; at least {least:g} are required: "
-            f"include more rings, or a larger field{way_out}"
-        )
+        reason = Reason.TOO_FEW_FRINGES_GUIDED if guided else Reason.TOO_FEW_FRINGES
+        return reason(orders=orders, least=least)
     if scale <= 0:
-        return "the rings' curvature is not determined"
+        return Reason.NOT_CURVED()
     if not guided and (bend := _straight(photograph.mask, scale, (x, y), 0.0)):
         return bend
     return _locked_badly(found, explained, orders, guided)
@@ -82,33 +78,24 @@ def _most_structure(orders: float, guided: bool) -> float:
     return min(_STRUCTURE * growth, 1 - _DOUBTFUL)
 
 
-def _locked_badly(found: Fitted, explained: float, orders: float, guided: bool) -> str:
-    """That what the fringes leave over has structure which no radius explains; empty where it is as it should be."""
+def _locked_badly(found: Fitted, explained: float, orders: float, guided: bool) -> Statement | None:
+    """That what the fringes leave over has structure which no radius explains; None where it is as it should be."""
     most = _most_structure(orders, guided)
     if explained >= 1 - most and orders >= FEW:
-        return ""
+        return None
     left = found.left
     inflation = correlation(found.reduced.grid, left.value, left.weights, _BLOCKS)
     structure = found.chi2 / found.weight - noise_variance(left.value, left.weights > 0)
     share = structure * found.weight / found.variance
     if inflation > _TOGETHER and (share > 1 - _DOUBTFUL or (explained < _POOR and inflation > 3 * _TOGETHER)):
-        return (
-            f"a ring pattern explains {explained:.0%} of the image variance, but the residual is not random: "
-            "the fringes are not the rings of one sphere"
-        )
+        return Reason.NOT_ONE_SPHERE(explained=explained)
     if orders >= FEW and (share < most or inflation <= _TOGETHER):
-        return ""
+        return None
     if not guided and orders < FEW and found.shape == SHAPES[-1]:
-        return (
-            f"{orders:.1f} fringes lie in light so uneven that it may pass for some: at least {FEW:g} are needed; take "
-            "more rings into the picture, light it more evenly, or give start or fixed values"
-        )
+        return Reason.UNEVEN_LIGHT(orders=orders, least=FEW)
     if share < most and (orders >= 2 or inflation < _ALIKE):
-        return ""
-    return (
-        f"the image shows only {orders:.1f} fringes, and {max(share, 0):.1%} of its variance is structure that the "
-        "model does not explain; curvature cannot be separated from it: include more rings, or a larger field"
-    )
+        return None
+    return Reason.STRUCTURE_BESIDE_FEW_FRINGES(orders=orders, share=max(share, 0.0))
 
 
 def _squared_distance(mask: np.ndarray, centre: tuple[float, float]) -> np.ndarray:
@@ -116,29 +103,23 @@ def _squared_distance(mask: np.ndarray, centre: tuple[float, float]) -> np.ndarr
     return (x - centre[0]) ** 2 + (y - centre[1]) ** 2
 
 
-def _straight(mask: np.ndarray, scale: float, centre: tuple[float, float], fewest: float) -> str:
+def _straight(mask: np.ndarray, scale: float, centre: tuple[float, float], fewest: float) -> Statement | None:
     """That more fringes than the fewest cross the field without bending as rings do: they may be straight."""
     x, y = pixels_of(mask)
     orders = abs(scale) * float(np.ptp(_squared_distance(mask, centre)))
     bend = abs(scale) * float(_squared_distance(mask, (float(x.mean()), float(y.mean()))).max())
     if bend >= min(1.0, _BEND + _WARPED * orders) or orders <= fewest:
-        return ""
-    return (
-        f"the fringes are straight: across {orders:.2g} fringes they bend by {bend:.2g} fringe spacings; "
-        "a radius needs curved fringes"
-    )
+        return None
+    return Reason.STRAIGHT_FIT_BEND(orders=orders, bend=bend)
 
 
-def too_steep(photograph: Photograph, rings: Rings, known: Quantities) -> str:
-    """That the given quantities make the lens smaller than the field it fills; empty where they do not."""
+def too_steep(photograph: Photograph, rings: Rings, known: Quantities) -> Statement | None:
+    """That the given quantities make the lens smaller than the field it fills; None where they do not."""
     if known.unknown is None or rings.match < 0.05:
-        return ""
+        return None
     values = known.values(rings.scale)
     x, y = pixels_of(photograph.mask)
     reach = values["pixel_size"] * float(np.hypot(x - rings.centre[0], y - rings.centre[1]).max())
     if reach < values["radius"]:
-        return lensless(known.plate[0], values["radius"], reach) if known.plate else ""
-    return (
-        f"wavelength and pixel size imply a lens radius of {values['radius']:.3g} m, but the rings extend to "
-        f"{reach:.3g} m; check the units"
-    )
+        return lensless(known.plate[0], values["radius"], reach) if known.plate else None
+    return Reason.LENS_SMALLER_THAN_FIELD(radius=values["radius"], reach=reach)

@@ -7,9 +7,11 @@ import numpy as np
 
 from fitting.parameters import absolute_sd, number, rounded, says_its_origin
 from fitting.photo import Photograph, flatten, read
+from fitting.reasons import Reason
 from fitting.reticle.grid import Grid
 from fitting.reticle.lines import WIDTH, Phases, demodulated, first_grid, fit_grid
 from fitting.reticle.result import Scale
+from newtonjax.numerics import Statement
 
 _ROUNDS = 3
 # Least mean coherence of the demodulated lines: a clean grid has 0.3 and more, rings below 0.01; and so many times what
@@ -58,11 +60,11 @@ def scale(
 
 def _measured(photograph: Photograph, division: float, division_sd: float) -> Scale:
     if photograph.mask.sum() < 1024:
-        return Scale("refused", f"{int(photograph.lit.sum())} pixels can be used: the image is dark or masked")
+        return Scale("refused", Reason.TOO_FEW_PIXELS_OF_GRID(pixels=int(photograph.lit.sum())))
     fringes = flatten(photograph.image, photograph.lit)
     grid = first_grid(fringes)
     if grid is None:
-        return Scale("refused", "no grid: no two directions of evenly spaced lines were found", photograph=photograph)
+        return Scale("refused", Reason.NO_GRID(), photograph=photograph)
     phases: list[Phases] = []
     for _ in range(_ROUNDS):
         phases = [demodulated(fringes, photograph.lit, grid, direction) for direction in (0, 1)]
@@ -70,8 +72,8 @@ def _measured(photograph: Photograph, division: float, division_sd: float) -> Sc
         longest = 1 / min(lines.frequency for lines in grid.directions)
         least = max(_COHERENT, _NOISE / (4 * np.pi * (WIDTH * longest) ** 2))
         if coherence < least:
-            message = f"no grid found: line coherence is {coherence:.2g}; at least {least:.2g} is required"
-            return Scale("refused", message, photograph=photograph)
+            reason = Reason.NO_GRID_COHERENCE(coherence=coherence, least=least)
+            return Scale("refused", reason, photograph=photograph)
         grid = fit_grid(phases, grid, photograph.image.shape)
     return _checked(_answer(grid, phases, photograph, division, division_sd))
 
@@ -80,15 +82,12 @@ def _checked(answer: Scale) -> Scale:
     """The answer, or a refusal where that is no square grid."""
     stretch = abs(np.log((answer.pixel_size_x or 1.0) / (answer.pixel_size_y or 1.0)))
     skew, bent = abs(answer.skew or 0.0), abs(answer.distortion or 0.0)
-    reason = ""
     if answer.distortion_sd is None or not np.isfinite(answer.pixel_size_sd or 0.0):
-        reason = "its lines cover too little of the picture"
-    elif skew > _SKEW or stretch > _STRETCH or bent > _BENT:
-        reason = (
-            f"what looks like one is {np.degrees(skew):.2g}° off a right angle, {stretch:.1%} longer one way and "
-            f"distorted by {bent:.2g}"
-        )
-    return Scale("refused", f"no square grid: {reason}", photograph=answer.photograph) if reason else answer
+        return Scale("refused", Reason.GRID_TOO_SMALL(), photograph=answer.photograph)
+    if skew > _SKEW or stretch > _STRETCH or bent > _BENT:
+        reason = Reason.GRID_NOT_SQUARE(skew=np.degrees(skew), stretch=stretch, distortion=bent)
+        return Scale("refused", reason, photograph=answer.photograph)
+    return answer
 
 
 def _jackknife(grid: Grid, phases: list[Phases], shape: tuple[int, int]) -> list[Grid]:
@@ -152,9 +151,7 @@ def _answer(grid: Grid, phases: list[Phases], photograph: Photograph, division: 
         grid=grid,
     )
     if not division_sd:
-        answer.warnings.append(
-            "no standard deviation is given for division: treated as exact, and the uncertainty does not include it"
-        )
+        answer.warnings.append(Reason.DIVISION_TREATED_AS_EXACT())
     if uneven > 0:
         answer.warnings.append(_uneven_words(answer, uneven))
     return answer
@@ -167,7 +164,7 @@ def _unevenness(stretches: np.ndarray, sds: np.ndarray) -> float:
     return float(np.sqrt(max(np.square(stretches).sum() - np.square(sds).sum(), 0.0)))
 
 
-def _uneven_words(answer: Scale, uneven: float) -> str:
+def _uneven_words(answer: Scale, uneven: float) -> Statement:
     along = [
         f"{rounded(size, sd)} ± {sd:.2g} m along {axis}"
         for axis, size, sd in (
@@ -178,8 +175,4 @@ def _uneven_words(answer: Scale, uneven: float) -> str:
     ]
     stretches, sds = (answer.stretch, answer.shear), (answer.stretch_sd, answer.shear_sd)
     ratio = np.sqrt(sum((value or 0.0) ** 2 / (sd or 1.0) ** 2 for value, sd in zip(stretches, sds, strict=True)))
-    return (
-        f"pixels are {uneven:.2g} longer one way than across it ({', '.join(along)}; {ratio:.2g} standard deviations): "
-        "a tilted grid or camera, or pixels that are not square; their geometric mean is given, and half of the "
-        f"difference is in its standard deviation ({uneven:.2%} of a radius): photograph the grid along its normal"
-    )
+    return Reason.PIXELS_NOT_SQUARE(uneven=uneven, along=", ".join(along), ratio=ratio)

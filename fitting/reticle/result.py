@@ -6,14 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from fitting.parameters import AbstractResult, Origin, origin_from, with_sd
+from fitting.parameters import AbstractResult, Origin, common_from, with_sd
 from fitting.photo import Photograph
 from fitting.reticle.grid import Grid
 
 # Attributes by their keys in JSON.
 _KEYS = {
-    "status": "status",
-    "message": "message",
     "pixel_size_m": "pixel_size",
     "pixel_size_sd_m": "pixel_size_sd",
     "pixel_size_x_m": "pixel_size_x",
@@ -82,6 +80,8 @@ class Scale(AbstractResult):
         """The JSON object of the shell, which `fit --scale-from` reads: units in the keys."""
         numbers = {key: getattr(self, name) for key, name in _KEYS.items()}
         return {
+            "status": self.status,
+            "message": str(self.message),
             **numbers,
             "lines": self.lines and list(self.lines),
             **self._common(),
@@ -91,14 +91,17 @@ class Scale(AbstractResult):
     def from_dict(cls, saved: Mapping[str, Any]) -> "Scale":
         """The scale that `to_dict` was called of."""
         lines = saved["lines"]
+        status, message, warnings, origin = common_from(saved)
         fields: dict[str, Any] = {name: saved[key] for key, name in _KEYS.items() if name not in _LATER}
         later: dict[str, Any] = {name: saved.get(key) for key, name in _KEYS.items() if name in _LATER}
         return cls(
+            status,
+            message,
             **fields,
             **later,
             lines=lines and (lines[0], lines[1]),
-            warnings=list(saved["warnings"]),
-            origin=origin_from(saved),
+            warnings=warnings,
+            origin=origin,
         )
 
     def figure(self, ax=None) -> Any:

@@ -8,6 +8,7 @@ import numpy as np
 
 from fitting.estimate import Fitted
 from fitting.parameters import AbstractResult, Origin, Quantities, common_from, rounded, with_sd
+from fitting.reasons import Reason
 from fitting.sampling.density import NEAR, Posterior, draws, excursions, in_blocks
 
 # A chain shorter than this many autocorrelation times tells no quantile (emcee's documentation; Sokal 1997).
@@ -57,8 +58,7 @@ class Chain(AbstractResult):
         """The chain for JSON: by name mean, standard deviation and 95 % (null where none is quoted); its draws."""
         return {
             "status": self.status,
-            "message": self.message,
-            "warnings": list(self.warnings),
+            "message": str(self.message),
             "steps": len(self.values),
             "walkers": self.values.shape[1],
             "effective_draws": self.effective,
@@ -73,8 +73,7 @@ class Chain(AbstractResult):
                 }
                 for k, name in enumerate(self.names)
             },
-            "kind": "Chain",
-            "origin": self.origin and self.origin._asdict(),
+            **self._common(),
             "draws": self.values.tolist(),
             "log_prob": self.log_prob.tolist(),
         }
@@ -149,15 +148,10 @@ def chain_of(
     length, slowest = len(values), float(np.max(time))
     message = ""
     if not np.isfinite(slowest) or length < _LONG * slowest:
-        message = (
-            f"the chain of {length} steps is shorter than {_LONG} autocorrelation times of {slowest:.0f} steps: "
-            f"take at least {int(_LONG * slowest * 4 / 3) + 1 if np.isfinite(slowest) else 4 * length} steps"
-        )
+        least = int(_LONG * slowest * 4 / 3) + 1 if np.isfinite(slowest) else 4 * length
+        message = Reason.CHAIN_TOO_SHORT(steps=length, times=_LONG, slowest=slowest, least=least)
     if excursion > 0.9 * NEAR:
-        message = (
-            f"the posterior extends {excursion:.2g} turns from the fit; the likelihood is accurate to {NEAR:g} turns, "
-            "and draws beyond are missing; include more rings"
-        )
+        message = Reason.CHAIN_BEYOND_LIKELIHOOD(excursion=excursion, near=NEAR)
     return Chain(
         sample.names,
         values,

@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from fitting.parameters import AbstractResult, Origin, origin_from, read_sd
+from fitting.parameters import AbstractResult, Origin, common_from, read_sd
+from fitting.reasons import Reason
 from fitting.studies.undetermined import in_words
+from newtonjax.numerics import Joined
 
 # A combination is called undetermined where its information is this small a fraction of what its parts have by
 # themselves.
@@ -42,7 +44,9 @@ class Information(AbstractResult):
     def __post_init__(self):
         undetermined = self.undetermined
         object.__setattr__(self, "status", "undetermined" if undetermined else "ok")
-        object.__setattr__(self, "message", "; ".join(undetermined))
+        combinations = Joined("; ", undetermined)
+        message = Reason.UNDETERMINED_COMBINATIONS(combinations=combinations) if undetermined else ""
+        object.__setattr__(self, "message", message)
 
     def position(self, name: str) -> int:
         """Row of a parameter in the matrix. Raises ValueError for one that is not free."""
@@ -160,8 +164,7 @@ class Information(AbstractResult):
         """The bounds for JSON: units beside the parameters, None for what is infinite."""
         return {
             "status": self.status,
-            "message": self.message,
-            "warnings": list(self.warnings),
+            "message": str(self.message),
             "parameters": {
                 name: {
                     "value": float(self.values[k]),
@@ -175,14 +178,13 @@ class Information(AbstractResult):
             },
             "given_sd": dict(self.given_sd),
             "matrix": self.matrix.tolist(),
-            "kind": "Information",
-            "origin": self.origin and self.origin._asdict(),
+            **self._common(),
         }
 
     @classmethod
     def from_dict(cls, saved: Mapping[str, Any]) -> "Information":
         """The information that `to_dict` was called of."""
-        rows = saved["parameters"].values()
+        rows, (_, _, warnings, origin) = saved["parameters"].values(), common_from(saved)
         return cls(
             tuple(saved["parameters"]),
             tuple(row["unit"] for row in rows),
@@ -191,8 +193,8 @@ class Information(AbstractResult):
             np.array(saved["matrix"], float),
             dict(saved["given_sd"]),
             tuple(row["positive"] for row in rows),
-            list(saved["warnings"]),
-            origin_from(saved),
+            warnings,
+            origin,
         )
 
     def report(self) -> str:

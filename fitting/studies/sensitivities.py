@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from fitting.parameters import chosen, free_names, knobs, target_first
+from fitting.reasons import Reason
 from fitting.studies.bench_origin import says_its_bench
 from fitting.studies.fisher import derivatives, fine_nodes, information
 from fitting.studies.gauss_newton import perfect_image
@@ -19,7 +20,7 @@ from fitting.studies.pixel_sums import slopes_of
 from fitting.studies.refusal import UndeterminedError
 from fitting.studies.sensitivity_result import Neglected, Sensitivity
 from newtonjax.methods import Chebyshev
-from newtonjax.numerics import is_real, shown
+from newtonjax.numerics import Joined, is_real, shown
 from newtonjax.scene import Camera, Scene
 
 
@@ -65,8 +66,8 @@ def sensitivity(
     of_free = bounds.with_sd(**dict.fromkeys(held, 0.0))
     sd = of_free.sd(target)
     if not np.isfinite(sd):
-        words = "; ".join(of_free.undetermined) or "too few pixels"
-        raise UndeterminedError(f"the image does not determine {target} with {', '.join(beside) or 'it'} free: {words}")
+        why = Joined("; ", of_free.undetermined) or "too few pixels"
+        raise UndeterminedError(Reason.TARGET_UNDETERMINED(target=target, beside=Joined(", ", beside) or "it", why=why))
     count = len(free)
     step = np.sqrt(np.maximum(np.diag(bounds.matrix), 1e-300))
     scaled = bounds.matrix / np.outer(step, step)
@@ -82,7 +83,7 @@ def sensitivity(
     neglected.sort(key=lambda number: number.tolerance / number.size)
     warnings = []
     if sd > allowed:
-        warnings.append("noise alone exceeds the requested accuracy: increase exposure, pixels or rings first")
+        warnings.append(Reason.NOISE_ABOVE_ACCURACY())
     knob = every_knob[target]
     return Sensitivity(
         target,

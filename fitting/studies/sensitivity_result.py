@@ -71,7 +71,7 @@ class Sensitivity(AbstractResult):
         """The result for JSON: units beside the numbers; None for a tolerance that is infinite."""
         return {
             "status": self.status,
-            "message": self.message,
+            "message": str(self.message),
             "target": self.target,
             "value": self.value,
             "unit": self.unit,

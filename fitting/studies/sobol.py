@@ -25,6 +25,7 @@ from fitting.parameters import (
     relative_or_absolute_sd,
     target_first,
 )
+from fitting.reasons import Reason
 from fitting.studies.bench_origin import says_its_bench
 from fitting.studies.draws_file import DrawsFile
 from fitting.studies.fisher import fine_nodes
@@ -97,7 +98,7 @@ def spread(
     ]
     warnings = []
     if any(high - low > 1 for share in parts for low, high in (share.first_range, share.total_range)):
-        warnings.append("some fractions of the variance are not resolved by this number of draws; increase draws")
+        warnings.append(Reason.VARIANCE_NOT_RESOLVED())
     return Spread(
         target,
         every_knob[target].unit,
@@ -222,7 +223,7 @@ class _BatchedFits:
         solution = solve(self._problem, self._problem.image, (rows - values) / scales, until_failure=True)
         if (failed := np.flatnonzero(solution.ended & ~solution.converged)).size:
             row = ", ".join(f"{name} {value:.6g}" for name, value in zip(self.names, rows[failed[0]], strict=True))
-            raise NotConvergedError(f"the fit with {row} (SI units) does not converge: give smaller deviations")
+            raise NotConvergedError(Reason.DRAW_NOT_CONVERGED(values=row))
         return self._target.value + self._target.scale * solution.steps[:, 0]
 
 

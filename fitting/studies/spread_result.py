@@ -70,7 +70,7 @@ class Spread(AbstractResult):
         """The result for JSON: units beside the numbers, every draw."""
         return {
             "status": self.status,
-            "message": self.message,
+            "message": str(self.message),
             "target": self.target,
             "unit": self.unit,
             "value": self.value,

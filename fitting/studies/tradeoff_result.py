@@ -59,7 +59,7 @@ class Tradeoff(AbstractResult):
         """The result for JSON: units in the keys; None for what a method does not have."""
         return {
             "status": self.status,
-            "message": self.message,
+            "message": str(self.message),
             "shape": list(self.shape),
             "pixel_size_m": self.pixel_size,
             "timings": [asdict(timing) for timing in self.timings],

@@ -3,6 +3,9 @@
 import numpy as np
 from jaxtyping import Bool, Float
 
+from fitting.reasons import Reason
+from newtonjax.numerics import Statement
+
 # What couples numbers that are undetermined together, parts of a combination that are named, and how near an exponent
 # is to a half of a whole number.
 _COUPLED, _PART, _NEAR = 1e-3, 0.05, 0.03
@@ -13,7 +16,7 @@ def in_words(
     ratio: Bool[np.ndarray, " n"],
     relative: Float[np.ndarray, " n"],
     axes: Float[np.ndarray, "n weak"],
-) -> list[str]:
+) -> list[Statement]:
     """A sentence for each group of numbers that are undetermined together.
 
     `axes`: orthonormal directions in which nothing is seen; `relative`: the step of each number in them, over its size
@@ -37,11 +40,12 @@ def _groups(coupled: np.ndarray) -> list[np.ndarray]:
     return [members[label == k] for k in np.unique(label)]
 
 
-def _in_group(names: list[str], ratio: np.ndarray, directions: Float[np.ndarray, "n weak"]) -> str:
+def _in_group(names: list[str], ratio: np.ndarray, directions: Float[np.ndarray, "n weak"]) -> Statement:
     """What is measured of numbers that are undetermined in some directions, where it is one product; else those."""
     together = " and ".join(text for text in (", ".join(names[:-1]), names[-1]) if text)
     if len(names) - directions.shape[1] == 1 and ratio.all():
-        return f"{together}: only {_product(names, np.linalg.svd(directions.T)[2][-1])} is measured"
+        product = _product(names, np.linalg.svd(directions.T)[2][-1])
+        return Reason.ONLY_PRODUCT_MEASURED(together=together, product=product)
     columns = [column / np.abs(column).max() for column in directions.T]
     unseen = " or ".join(
         ", ".join(
@@ -51,7 +55,7 @@ def _in_group(names: list[str], ratio: np.ndarray, directions: Float[np.ndarray,
         )
         for column in columns
     )
-    return f"{together}: the image does not change with {unseen}"
+    return Reason.UNSEEN_CHANGES(together=together, changes=unseen)
 
 
 def _product(names: list[str], exponents: np.ndarray) -> str:

@@ -4,8 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fitting.reasons import Piece
 from fitting.tables.regression import Regression, regression
 from fitting.tables.sample import chance_of
+from newtonjax.numerics import Statement
 
 # Chance that honest readings are taken for bent.
 ALARM = 0.005
@@ -33,13 +35,10 @@ class Bend:
         """Whether there is no radius in such readings."""
         return bool(abs(self.change) > _NO_RADIUS)
 
-    def words(self) -> str:
+    def words(self) -> Statement:
         """What the readings show, and what they look like."""
-        law = f"; {self.law}, not Newton's rings of a sphere" if self.law else ""
-        return (
-            f"r² against order is not a straight line: curvature of {self.deviations:+.1f} standard deviations, the "
-            f"slope changes by {self.change:+.0%} over the table{law}"
-        )
+        law = Piece.BEND_BY_LAW(law=self.law) if self.law else ""
+        return Piece.BEND(deviations=self.deviations, change=self.change, law=law)
 
 
 def bend(line: Regression, radius: np.ndarray, floor: float) -> Bend | None:
@@ -63,16 +62,16 @@ def bend(line: Regression, radius: np.ndarray, floor: float) -> Bend | None:
     )
 
 
-def law_through_contact(line: Regression, radius: np.ndarray, contact: float) -> str:
-    """Another law that goes through contact and fits no worse than the line, which does not; "" without one."""
+def law_through_contact(line: Regression, radius: np.ndarray, contact: float) -> Statement | None:
+    """Another law that goes through contact and fits no worse than the line, which does not; None without one."""
     order = line.order + contact
     for power, law in _LAWS.items():
         ordinate, weight = _power_of(power, line, radius)
         slope = float(weight * order @ ordinate) / float(weight @ order**2)
         chi2 = float(weight @ (ordinate - slope * order) ** 2)
         if line.freedom > 0 and chi2 / (line.freedom + 1) < line.chi2 / line.freedom:
-            return f"{_POWERS[power]} against order is a line through contact as well: {law}"
-    return ""
+            return Piece.ANOTHER_LAW(power=_POWERS[power], law=law)
+    return None
 
 
 def _chi2_of(power: int, line: Regression, radius: np.ndarray) -> float:

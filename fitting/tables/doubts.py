@@ -4,16 +4,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from fitting.reasons import Piece, Reason
 from fitting.tables.headers import METRES
+from newtonjax.numerics import Statement
 
 # What lenses and lamps have [m]; beyond, a unit was mistaken.
 _SENSIBLE = {"radius": (1e-3, 1e3), "wavelength": (100e-9, 20e-6)}
 # Where no rough value is known, a proposal lies where most lenses and lamps are.
 _USUAL = {"radius": (5e-3, 100.0), "wavelength": (380e-9, 1100e-9)}
-_IN_WORDS = {"radius": "m", "wavelength": "m"}
 
 
-def doubts(measured: str, value: float, expected: float | None, column: str, unit: str) -> list[str]:
+def doubts(measured: str, value: float, expected: float | None, column: str, unit: str) -> list[Statement]:
     """Warnings on a radius or wavelength [m] that is not as expected, or not as any is, with what would explain it.
 
     `column`: what sizes were read from; `unit`: in which unit.
@@ -22,32 +23,36 @@ def doubts(measured: str, value: float, expected: float | None, column: str, uni
         low, high = _SENSIBLE[measured]
         if low <= value <= high:
             return []
-        text = f"the {measured} of {value:.4g} m is beyond {low:g} to {high:g} m: check units and columns"
         usual = _USUAL[measured]
         slips = [(factor, words) for factor, words in _slips(column, unit) if usual[0] <= value * factor <= usual[1]]
         slips.sort(key=lambda slip: abs(np.log(slip[0])))
-    else:
-        ratio = value / expected
-        slips = sorted(_slips(column, unit), key=lambda slip: abs(np.log(ratio * slip[0])))[:1]
-        # Where nothing explains a difference, one by a factor of two is worth a word.
-        nearest = abs(np.log(ratio * slips[0][0])) if slips else np.log(2)
-        if abs(np.log(ratio)) <= nearest:
-            return []
-        text = f"the {measured} is {ratio:.2g} times the expected one"
-        slips = [slip for slip in slips if abs(np.log(ratio * slip[0])) < np.log(2)]
-    if slips:
-        factor, words = slips[0]
-        text += f": {words}; if so, the {measured} is {value * factor:.4g} {_IN_WORDS[measured]}"
-    return [f"{text} (name the column with columns or --column)"]
+        slip = _likeliest(slips, measured, value)
+        return [Reason.BEYOND_SENSIBLE(measured=measured, value=value, low=low, high=high, slip=slip)]
+    ratio = value / expected
+    slips = sorted(_slips(column, unit), key=lambda slip: abs(np.log(ratio * slip[0])))[:1]
+    # Where nothing explains a difference, one by a factor of two is worth a word.
+    nearest = abs(np.log(ratio * slips[0][0])) if slips else np.log(2)
+    if abs(np.log(ratio)) <= nearest:
+        return []
+    slip = _likeliest([slip for slip in slips if abs(np.log(ratio * slip[0])) < np.log(2)], measured, value)
+    return [Reason.NOT_AS_EXPECTED(measured=measured, ratio=ratio, slip=slip)]
 
 
-def _slips(column: str, unit: str) -> Iterator[tuple[float, str]]:
+def _likeliest(slips: list[tuple[float, Statement]], measured: str, value: float) -> Statement | str:
+    """What the first of the slips would explain; nothing without one."""
+    if not slips:
+        return ""
+    factor, look = slips[0]
+    return Piece.SLIP(look=look, measured=measured, value=value * factor)
+
+
+def _slips(column: str, unit: str) -> Iterator[tuple[float, Statement]]:
     """Factors of the answer, which goes with the square of the sizes, and what would be the reason."""
     called, look = ("radii", "diameters") if column.startswith("radius") else ("diameters", "radii")
     if not column.startswith("left"):
         factor = 0.25 if called == "radii" else 4.0
-        yield factor, f"what the table calls {called} look like {look}"
+        yield factor, Piece.SIZES_LOOK_LIKE(called=called, look=look)
     for true_unit, metres in METRES.items() if unit in METRES else ():
         if true_unit != unit:
             factor = (metres / METRES[unit]) ** 2
-            yield factor, f"what the table calls {unit} looks like {true_unit}"
+            yield factor, Piece.UNIT_LOOKS_LIKE(unit=unit, look=true_unit)

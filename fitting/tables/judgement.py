@@ -7,6 +7,7 @@ import numpy as np
 from scipy import stats
 
 from fitting.parameters import TABLE
+from fitting.reasons import Reason
 from fitting.tables import words
 from fitting.tables.bend import law_through_contact
 from fitting.tables.doubts import doubts
@@ -16,6 +17,7 @@ from fitting.tables.sample import Sample
 from fitting.tables.series import SeriesSpread, are_counted_apart, mixed_sizes, series_in, series_spread
 from fitting.tables.sphere import line_on_sphere, on_sphere
 from fitting.tables.table import Readings
+from newtonjax.numerics import Statement
 
 Outcome = tuple[str, str, dict[str, Any]]
 
@@ -52,7 +54,7 @@ class Judgement:
 
     def __init__(self, read: Readings, bench: Bench, relative: dict[str, float], expected: float | None) -> None:
         self.read, self.bench, self.relative, self.expected = read, bench, relative, expected
-        self.warnings: list[str] = []
+        self.warnings: list[Statement] = []
         self.model: dict[str, str] = {}
         self.radius = read.radius * bench.scale
         self.sd = None if read.sd is None else read.sd * bench.scale
@@ -62,33 +64,33 @@ class Judgement:
     def outcome(self) -> Outcome:
         """Status, message and the values of the result by name."""
         if (count := len(np.unique(self.read.order))) < 2:
-            return "refused", f"readings of {count} ring; a {self.bench.measured} needs at least two orders", {}
+            return "refused", Reason.ONE_RING(count=count, measured=self.bench.measured), {}
         if self.series is not None and (mixed := mixed_sizes(self._flat(), self.series, self.read.column)):
-            return "refused", f"{mixed}; set them right in the table", {}
+            return "refused", Reason.MIXED_SERIES(series=mixed), {}
         bench, fitted = self.bench, self._line()
         if fitted is None:
-            return "refused", "the ring radii exceed the lens radius that they imply; check the units", {}
+            return "refused", Reason.RINGS_BEYOND_LENS(), {}
         line, sample = fitted
         if line.mixture is not None:
-            remedy = "set them right in the table"
-            if bench.unit == "m":
-                remedy += f"; the {bench.measured} is then {bench.value(line.mixture.slope):.4g} m"
-            return "refused", f"{line.mixture.words()}; {remedy}", {}
+            readings = line.mixture.words()
+            if bench.unit != "m":
+                return "refused", Reason.MIXED_SIZES(mixture=readings), {}
+            value = bench.value(line.mixture.slope)
+            return "refused", Reason.MIXED_SIZES_SET_RIGHT(mixture=readings, measured=bench.measured, value=value), {}
         # Equal readings leave the rounding of their squares.
         if line.slope * np.ptp(line.order[line.used]) <= 1e-9 * sample.ordinate.max():
-            return "refused", "the radii do not grow with the order; count orders from the centre outwards", {}
+            return "refused", Reason.NOT_GROWING(), {}
         values = self._of_line(line, sample)
         metres = None if bench.unit == "px" else bench.value
         self.warnings += words.of_line(line, sample, words.Quantity(bench.measured, metres, line.slope))
         if line.scatter.is_rounding:
-            self.warnings.append(words.of_rounding(self.read.division, self.read.column))
-        law = "" if line.bend else law_through_contact(line.fair, self.radius[line.used], bench.contact)
+            self.warnings.append(Reason.ONLY_ROUNDING(column=self.read.column, division=self.read.division))
+        law = None if line.bend else law_through_contact(line.fair, self.radius[line.used], bench.contact)
         self.warnings += words.of_offset(values["order_offset"], values["order_offset_sd"], bench.measured, law)
         if line.bend is not None and line.bend.forbids:
-            return "refused", f"{line.bend.words()}: such readings give no {bench.measured}", values
+            return "refused", Reason.NO_LINE(bend=line.bend.words(), measured=bench.measured), values
         if bench.unit == "px":
-            message = "without pixel_size there is no radius: the fringe scale is the answer"
-            return "no-scale", message, values | {"fringe_scale_per_px2": 1 / line.slope}
+            return "no-scale", Reason.NO_PIXEL_SIZE(), values | {"fringe_scale_per_px2": 1 / line.slope}
         return self._answer(line, values)
 
     def _flat(self) -> Sample:
@@ -101,7 +103,7 @@ class Judgement:
         apart = self.series is not None and are_counted_apart(flat, self.series)
         number = self.series.number if self.series and apart else None
         if apart:
-            self.warnings.append("the series are counted from different rings: each has an intercept of its own")
+            self.warnings.append(Reason.OWN_INTERCEPTS())
         if bench.unit == "px":
             return ring_line(flat, bench.contact, number), flat
         if bench.wavelength is not None:
@@ -133,11 +135,13 @@ class Judgement:
         low, high = TABLE[name].bounds
         doubted = doubts(name, value, self.expected, self.read.column, self.read.length_unit)
         if not low <= value <= high:
-            reason = doubted[0] if doubted else f"the {name} is {value:.4g} m; check units and columns"
-            return "refused", f"{reason}; allowed: {low:g} to {high:g} m", values
+            reason = Reason.BEYOND_BOUNDS(measured=name, value=value, low=low, high=high)
+            if doubted:
+                reason = Reason.DOUBTED_BEYOND_BOUNDS(doubt=doubted[0], low=low, high=high)
+            return "refused", reason, values
         self.warnings += doubted
         if line.slope_sd is None:
-            self.warnings.append("two readings give a line but no standard deviation; read more rings, or state sd_mm")
+            self.warnings.append(Reason.TWO_READINGS())
             return "ok", "", values | {name: value}
         spread = self._series_spread(line)
         relative = {"reading": line.slope_sd / line.slope}
@@ -152,7 +156,7 @@ class Judgement:
         ]
         total, half = _total(budget, freedoms)
         if half >= value:
-            suspects = [text for text in self.warnings if "misread" in text]
+            suspects = [text for text in self.warnings if text.code == Reason.LIKELY_MISREAD.name]
             return "refused", words.undetermined(name, value, total, value + half, suspects), values
         return "ok", "", values | {
             name: value,
@@ -174,10 +178,7 @@ class Judgement:
         values = [f"{name}: {self.bench.value(slope):.5g}" for name, slope in zip(names, spread.slopes, strict=True)]
         self.model["series"] = f"{len(names)}, {origin}; {self.bench.measured} [m] of each, {', '.join(values)}"
         if spread.is_beyond_chance:
-            self.warnings.append(
-                f"the series differ by more than their readings' errors ({', '.join(values)} m): the spread is in the "
-                "budget"
-            )
+            self.warnings.append(Reason.SERIES_DIFFER(values=", ".join(values)))
         return spread
 
 

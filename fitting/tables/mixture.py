@@ -5,7 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
+from fitting.reasons import Piece, Reason
 from fitting.tables.regression import Regression, regression
+from newtonjax.numerics import Statement
 
 # Chance that an honest table is taken for a mixed one.
 ALARM = 0.001
@@ -28,12 +30,10 @@ class Mixture:
     slope: float
     gain: float
 
-    def words(self) -> str:
+    def words(self) -> Statement:
         """What the readings show."""
         factor, look = _WORDS[self.size]
-        return (
-            f"the readings from order {self.first:g} on lie on the line at {factor} their size: they look like {look}"
-        )
+        return Piece.READINGS_AT_SIZE(first=self.first, factor=factor, look=look)
 
 
 def mixture(line: Regression, floor: float) -> Mixture | None:
@@ -67,8 +67,8 @@ def mixture(line: Regression, floor: float) -> Mixture | None:
     return Mixture(first, size, united.slope, gain) if chance < ALARM and united.slope > 0 else None
 
 
-def single_sizes(level: np.ndarray, y: np.ndarray, used: np.ndarray, slope: float) -> str:
-    """What readings that are left out look like, where at least half of them lie on the line at another size; or "".
+def single_sizes(level: np.ndarray, y: np.ndarray, used: np.ndarray, slope: float) -> Statement | None:
+    """What readings that are left out look like, where at least half of them lie on the line at another size; or None.
 
     `level`: the line at each reading.
     """
@@ -79,5 +79,5 @@ def single_sizes(level: np.ndarray, y: np.ndarray, used: np.ndarray, slope: floa
         if count and count >= 0.5 * (~used).sum() and is_near[used].mean() < 0.5:
             words, look = _WORDS[size]
             verb = "lies" if count == 1 else "lie"
-            return f"{count} of the readings left out {verb} on the line at {words} the size: {look}?"
-    return ""
+            return Reason.LEFT_OUT_AT_SIZE(count=count, verb=verb, factor=words, look=look)
+    return None

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from fitting.parameters import AbstractResult, Origin, origin_from, rounded, with_sd
+from fitting.parameters import AbstractResult, Origin, common_from, rounded, with_sd
 from fitting.tables.ring import Ring
 
 
@@ -51,7 +51,7 @@ class RingsResult(AbstractResult):
         unit = self.unit
         return {
             "status": self.status,
-            "message": self.message,
+            "message": str(self.message),
             "measured": self.measured,
             "radius_m": self.radius,
             "radius_sd_m": self.radius_sd,
@@ -67,15 +67,13 @@ class RingsResult(AbstractResult):
             "order_offset_sd": self.order_offset_sd,
             "gap_m": self.gap,
             "budget": [{"source": source, "sd_m": sd} for source, sd in self.budget],
-            "warnings": list(self.warnings),
             "model": dict(self.model),
             "rings": [
                 {"order": r.order, f"radius_{unit}": r.radius, f"residual_{unit}": r.residual, "flag": r.flag}
                 for r in self.rings
             ],
             "seconds": self.seconds,
-            "kind": "RingsResult",
-            "origin": self.origin and self.origin._asdict(),
+            **self._common(),
         }
 
     @classmethod
@@ -83,9 +81,10 @@ class RingsResult(AbstractResult):
         """The result that `to_dict` was called of."""
         unit = "m" if "slope_m2" in saved else "px"
         intervals = {name: saved.get(f"{name}_interval_m") for name in ("radius", "wavelength")}
+        status, message, warnings, origin = common_from(saved)
         return cls(
-            saved["status"],
-            saved["message"],
+            status,
+            message,
             measured=saved.get("measured", "radius"),
             radius=saved["radius_m"],
             radius_sd=saved["radius_sd_m"],
@@ -101,7 +100,7 @@ class RingsResult(AbstractResult):
             order_offset_sd=saved["order_offset_sd"],
             gap=saved["gap_m"],
             budget=[(row["source"], row["sd_m"]) for row in saved["budget"]],
-            warnings=list(saved["warnings"]),
+            warnings=warnings,
             model=dict(saved["model"]),
             rings=[
                 Ring(row["order"], row[f"radius_{unit}"], row[f"residual_{unit}"], row["flag"])
@@ -109,7 +108,7 @@ class RingsResult(AbstractResult):
             ],
             unit=unit,
             seconds=saved["seconds"],
-            origin=origin_from(saved),
+            origin=origin,
         )
 
     def figure(self, ax=None) -> Any:

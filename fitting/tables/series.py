@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
+from fitting.reasons import Piece
 from fitting.tables.regression import Regression, regression
 from fitting.tables.sample import Sample
+from newtonjax.numerics import Joined
 
 # Chances that honest series are taken for different ones: of slope, and of first ring.
 _ALARM, _ALARM_COUNT = 0.005, 0.002
@@ -52,8 +54,8 @@ def are_counted_apart(sample: Sample, series: Series) -> bool:
     return bool(stats.f.sf((common.chi2 - apart.chi2) / steps / variance, steps, apart.freedom) < _ALARM_COUNT)
 
 
-def mixed_sizes(sample: Sample, series: Series, column: str) -> str:
-    """That a series is in diameters among ones in radii, or in radii among diameters; "" where none is.
+def mixed_sizes(sample: Sample, series: Series, column: str) -> Joined | None:
+    """That a series is in diameters among ones in radii, or in radii among diameters; None where none is.
 
     `column`: what sizes were read from. Its word tells which of two series is mistaken.
     """
@@ -61,7 +63,7 @@ def mixed_sizes(sample: Sample, series: Series, column: str) -> str:
     spreads, slopes, residual = _slopes_apart(line, series.number)
     freedom = len(residual) - 2 * len(slopes)
     if freedom < 1 or np.any(spreads <= 0) or np.any(slopes <= 0):
-        return ""
+        return None
     sds = np.sqrt(max(float(line.weight @ residual**2) / freedom, sample.floor) / spreads)
     is_of_radii = column.startswith("radius")
     # Of two series the one that is not what the column says is the odd one.
@@ -74,8 +76,10 @@ def mixed_sizes(sample: Sample, series: Series, column: str) -> str:
         if odd:
             ratio = f"{float(np.median(slopes[is_odd])) / usual:#.2g}"
             verb, remaining = ("are" if len(odd) > 1 else "is"), ("others" if len(slopes) - len(odd) > 1 else "other")
-            texts.append(f"series {', '.join(odd)} {verb} {ratio} times the {remaining} in r²: {look}")
-    return "; ".join(texts)
+            texts.append(
+                Piece.SERIES_AT_SIZE(names=", ".join(odd), verb=verb, ratio=ratio, remaining=remaining, look=look)
+            )
+    return Joined("; ", texts) if texts else None
 
 
 @dataclass(frozen=True)

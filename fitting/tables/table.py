@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from fitting.reasons import Reason
 from fitting.tables import headers
 from fitting.tables.columns import columns_of, numbers
 from fitting.tables.division import division, rounding_sd
@@ -74,14 +75,12 @@ def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] |
     if not complete.any():
         raise ValueError("no row of the table is complete; give an order and a size in each row")
     if not complete.all():
-        warnings.append(f"{_counted(int(np.sum(~complete)), 'row')} with an empty cell left out")
+        warnings.append(Reason.ROWS_LEFT_OUT(rows=_counted(int(np.sum(~complete)), "row")))
     _check_sizes(order[complete], radius[complete], name)
     centre = complete & (radius == 0)
     if centre.any():
         orders = ", ".join(f"{m:g}" for m in np.unique(order[centre])[:5])
-        warnings.append(
-            f"{_counted(int(centre.sum()), 'reading')} of radius 0 (order {orders}): the centre, no ring; left out"
-        )
+        warnings.append(Reason.CENTRE_LEFT_OUT(readings=_counted(int(centre.sum()), "reading"), orders=orders))
     used = complete & ~centre
     if not used.any():
         raise ValueError(f"{name} holds no ring: every size is zero; give the sizes of rings")
@@ -139,10 +138,10 @@ def _named(
             raise ValueError(f"{name}={header}: the header says {stated}; name it {kind}_{stated}={header}")
         cells[with_unit] = table_cells[header]
         named.add(with_unit)
-    notes = []
+    notes: list[str] = []
     if len(series) > 1 and "series" not in named:
         further = ", ".join(series[1:])
-        notes = [f"the series are those of {series[0]}; not of {further} (name the column with columns or --column)"]
+        notes = [Reason.SERIES_NOT_USED(series=series[0], further=further)]
     return cells, named, notes
 
 
@@ -203,9 +202,9 @@ def _deviation_column(cells: Mapping, unnamed: Iterable[str], kind: str, unit: s
     for header in unnamed:
         of_header = headers.canonical(header)
         if headers.is_deviation(header) and (of_header != name or not name):
-            notes.append(f"{header} was not used: the sizes are those of {read_from}")
+            notes.append(Reason.COLUMN_NOT_USED(column=header, sizes=read_from))
         elif of_header == name and name in ("sd", f"sd_{kind}"):
-            notes.append(f"{header} has no unit: taken in {unit}, as {read_from}")
+            notes.append(Reason.COLUMN_WITHOUT_UNIT(column=header, unit=unit, sizes=read_from))
     return name, notes
 
 
@@ -249,4 +248,4 @@ def _disagreement(cells, lines, name: str, secondary: str, used: np.ndarray) -> 
     deviation = np.abs(ratio / factor - 1)
     if deviation.max() < _AGREE:
         return []
-    return [f"{secondary} and {name} disagree by up to {deviation.max():.1%}: {name} was used"]
+    return [Reason.COLUMNS_DISAGREE(column=secondary, sizes=name, deviation=float(deviation.max()))]

@@ -5,11 +5,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from fitting.parameters import with_sd
+from fitting.reasons import Piece, Reason
 from fitting.tables.breaks import Break
 from fitting.tables.line import Line
 from fitting.tables.mixture import single_sizes
 from fitting.tables.regression import regression
 from fitting.tables.sample import Sample
+from newtonjax.numerics import Joined, Statement
 
 # Offsets from the contact order that are larger than this are reported [orders].
 _OFFSET = 0.3
@@ -42,55 +44,39 @@ class Quantity:
         return f"{100 * slope_sd / self.slope:.2g} %"
 
 
-def of_line(line: Line, sample: Sample, quantity: Quantity) -> list[str]:
+def of_line(line: Line, sample: Sample, quantity: Quantity) -> list[Statement]:
     """Warnings on a line. `quantity`: what its slope gives."""
     warnings = _of_readings(line, sample)
     if line.bend is not None and not line.bend.forbids:
-        warnings.append(f"{line.bend.words()}: half of that change is in the budget; check orders and readings")
+        warnings.append(Reason.BENT_LINE(bend=line.bend.words()))
     warnings += [_of_break(step, line, sample, quantity) for step in line.breaks]
     if not line.breaks and line.bend is None:
         warnings += _of_count(line, sample, quantity)
     return warnings + _of_scatter(line, quantity)
 
 
-def of_offset(offset: float, sd: float | None, measured: str, law: str) -> list[str]:
+def of_offset(offset: float, sd: float | None, measured: str, law: Statement | None) -> list[Statement]:
     """That the line does not go through contact, in orders. `law`: another one that does."""
     if sd is None or abs(offset) <= max(_OFFSET, 3 * sd):
         return []
     if law:
-        return [
-            f"the line does not pass through the contact order (offset {offset:+.2g} orders), and {law}: "
-            f"with a gap the {measured} is right, with "
-            "that law there is none; read more rings"
-        ]
+        return [Reason.OTHER_LAW_THROUGH_CONTACT(offset=offset, law=law, measured=measured)]
     miscount = round(offset)
-    count = (
-        f"the orders may be counted {abs(miscount)} too {'low' if miscount > 0 else 'high'}, or " if miscount else ""
-    )
-    return [
-        f"the line does not pass through the contact order (offset {offset:+.2g} orders): {count}the surfaces do not "
-        f"touch; the {measured} comes from the slope and is not affected"
-    ]
+    piece = Piece.COUNTED_TOO_LOW if miscount > 0 else Piece.COUNTED_TOO_HIGH
+    count = piece(rings=abs(miscount)) if miscount else ""
+    return [Reason.NOT_THROUGH_CONTACT(offset=offset, count=count, measured=measured)]
 
 
-def of_rounding(division: str, column: str) -> str:
-    """That the standard deviation is that of the rounding."""
-    return (
-        f"the readings lie closer to their line than {column}, read to {division}, can tell: the standard deviation is "
-        "that of the rounding, once for equal repeats of a ring"
-    )
-
-
-def undetermined(measured: str, value: float, sd: float, highest: float, suspects: list[str]) -> str:
+def undetermined(measured: str, value: float, sd: float, highest: float, suspects: list[Statement]) -> Statement:
     """Why the readings give no value."""
-    reason = "".join(f"; {text}" for text in suspects)
-    return (
-        f"the readings do not determine the {measured}: {with_sd(value, sd, 'm')}, and the 95 % interval reaches "
-        f"zero; it is below {highest:.3g} m{reason}; read more rings, or state the readings' sd"
+    # Each of them after a semicolon, the first too.
+    text = Joined("; ", ["", *suspects])
+    return Reason.INTERVAL_REACHES_ZERO(
+        measured=measured, value=with_sd(value, sd, "m"), highest=highest, suspects=text
     )
 
 
-def _of_readings(line: Line, sample: Sample) -> list[str]:
+def _of_readings(line: Line, sample: Sample) -> list[Statement]:
     warnings = []
     if not line.used.all():
         readings = Counter(sample.order.tolist())
@@ -99,29 +85,19 @@ def _of_readings(line: Line, sample: Sample) -> list[str]:
             f"{n} of {readings[m]} of order {m:g}" if readings[m] > 1 else f"order {m:g}" for m, n in rejected.items()
         ]
         listed = ", ".join(parts[:_LISTED]) + (f" and {len(parts) - _LISTED} more" if len(parts) > _LISTED else "")
-        single = rejected.total() == 1
-        verbs = ("reading", "lies", "was") if single else ("readings", "lie", "were")
-        warnings.append(
-            f"{rejected.total()} {verbs[0]} ({listed}) {verbs[1]} off the line of the others and {verbs[2]} left out"
-        )
+        reason = Reason.READING_LEFT_OUT if rejected.total() == 1 else Reason.READINGS_LEFT_OUT
+        warnings.append(reason(count=rejected.total(), listed=listed))
         level = line.slope * line.order + line.level
         warnings += filter(None, [single_sizes(level, sample.ordinate, line.used, line.slope)])
     if counted := sum(flag.startswith("counted") for flag in line.flags):
-        warnings.append(f"{counted} orders were miscounted by a whole ring and set right; see their flags")
+        warnings.append(Reason.ORDERS_SET_RIGHT(count=counted))
     suspects = [f"{m:g}" for m, flag in zip(line.order, line.flags, strict=True) if flag.startswith("does not")]
     if suspects:
-        warnings.append(
-            f"the readings do not lie on a line; order {', '.join(suspects)} is the likeliest to be misread"
-        )
+        warnings.append(Reason.LIKELY_MISREAD(orders=", ".join(suspects)))
     return warnings
 
 
-def _of_break(step: Break, line: Line, sample: Sample, quantity: Quantity) -> str:
-    distance = "farther" if step.rings > 0 else "less far"
-    text = (
-        f"the readings up to order {step.before:g} and from order {step.after:g} on lie on lines of one slope that are "
-        f"{abs(step.rings):.2g} +/- {step.sd:.1g} orders {distance} apart than counted"
-    )
+def _of_break(step: Break, line: Line, sample: Sample, quantity: Quantity) -> Statement:
     proposals = []
     for rings in step.candidates:
         order = line.order[line.used] + rings * (sample.ordinate[line.used] >= step.first)
@@ -129,12 +105,18 @@ def _of_break(step: Break, line: Line, sample: Sample, quantity: Quantity) -> st
         plural = "s were" if abs(rings) > 1 else " was"
         what = f"{rings} ring{plural} missed" if rings > 0 else f"{-rings} ring{plural} counted twice"
         radius = f"the {quantity.name} is {quantity.of(slope)}" if len(line.breaks) == 1 else "they lie on one line"
-        proposals.append(f"if {what} between them, {radius}")
-    proposed = "".join(f"; {text}" for text in proposals) or "; no whole number of rings explains it"
-    return f"{text}{proposed}; the answer is the slope of the two sides alone"
+        proposals.append(Piece.RINGS_BETWEEN(rings=what, then=radius))
+    return Reason.ORDERS_MISCOUNTED(
+        before=step.before,
+        after=step.after,
+        rings=abs(step.rings),
+        sd=step.sd,
+        distance="farther" if step.rings > 0 else "less far",
+        proposals=Joined("; ", proposals or [Piece.NO_RINGS_BETWEEN()]),
+    )
 
 
-def _of_count(line: Line, sample: Sample, quantity: Quantity) -> list[str]:
+def _of_count(line: Line, sample: Sample, quantity: Quantity) -> list[Statement]:
     doubt = line.uncertain_count(sample.floor)
     if doubt is None:
         return []
@@ -142,29 +124,22 @@ def _of_count(line: Line, sample: Sample, quantity: Quantity) -> list[str]:
         f"{quantity.of(slope)} ({abs(rings)} {'missed' if rings > 0 else 'counted twice'})"
         for rings, slope in doubt.slopes.items()
     )
-    return [
-        f"the readings do not exclude a miscount between orders {doubt.before:g} and {doubt.after:g}: then the "
-        f"{quantity.name} would be {values}; read the rings between them"
-    ]
+    return [Reason.COUNT_NOT_EXCLUDED(before=doubt.before, after=doubt.after, measured=quantity.name, values=values)]
 
 
-def _of_scatter(line: Line, quantity: Quantity) -> list[str]:
+def _of_scatter(line: Line, quantity: Quantity) -> list[Statement]:
     scatter, warnings = line.scatter, []
     if scatter.common:
-        warnings.append(
-            f"readings of one ring agree {scatter.common:.2g} times better than the rings lie on the line: they share "
-            "its error, so the rings are counted and not the readings"
-        )
+        warnings.append(Reason.SHARED_RING_ERROR(common=scatter.common))
     if scatter.ratio is None or line.slope_sd is None:
         return warnings
     if scatter.is_above_stated:
-        warnings.append(
-            f"the readings scatter {scatter.ratio:.2g} times as far as their stated sd: the scatter's was used"
-        )
+        warnings.append(Reason.SCATTER_ABOVE_STATED(ratio=scatter.ratio))
     if scatter.is_below_stated:
+        by_scatter, stated = (quantity.sd_of(line.slope_sd * ratio) for ratio in (scatter.ratio, 1.0))
         warnings.append(
-            f"the readings scatter {scatter.ratio:.2g} times as far as their stated sd, which was used: by their "
-            f"scatter the {quantity.name}'s sd is {quantity.sd_of(line.slope_sd * scatter.ratio)} and not "
-            f"{quantity.sd_of(line.slope_sd)}"
+            Reason.SCATTER_BELOW_STATED(
+                ratio=scatter.ratio, measured=quantity.name, by_scatter=by_scatter, stated=stated
+            )
         )
     return warnings

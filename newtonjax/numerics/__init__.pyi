@@ -44,4 +44,7 @@ from newtonjax.numerics.turns import cos_turns as cos_turns
 from newtonjax.numerics.turns import cosine_and_sine as cosine_and_sine
 from newtonjax.numerics.turns import fraction as fraction
 from newtonjax.numerics.turns import sin_turns as sin_turns
+from newtonjax.numerics.wording import Joined as Joined
+from newtonjax.numerics.wording import Statement as Statement
+from newtonjax.numerics.wording import Wording as Wording
 from newtonjax.numerics.wording import shown as shown

@@ -66,20 +66,27 @@ class Source:
 
     def room_arrows(self, package: str) -> set[tuple[str, str]]:
         """(importer, imported) rooms of one package, each pair once."""
-        pairs = {(room_of(importer), room_of(imported)) for importer, imported in self.arrows()}
-        return {pair for pair in pairs if pair[0] != pair[1] and all(name.startswith(f"{package}.") for name in pair)}
+        pairs, rooms = {tuple(map(room_of, pair)) for pair in self.arrows()}, self.rooms(package)
+        return {
+            (importer, imported)
+            for importer, imported in pairs
+            if importer != imported and {importer, imported} <= rooms
+        }
 
     def rooms(self, package: str) -> set[str]:
         """The rooms of a package."""
         return {door for door in self.doors if door.startswith(f"{package}.")}
 
     def past_doors(self) -> list[str]:
-        """Imports of a room's inside, or of what its door does not let through, from without."""
+        """Imports of a room's inside, or of what its door does not let through, from without.
+
+        A file that stands in no room has no door.
+        """
         reaches = []
         for module, node in self._imports():
             for alias in node.names:
                 target = self.module_of(str(node.module), alias.name)
-                if target is None or room_of(target) == room_of(module):
+                if target is None or room_of(target) in (room_of(module), target):
                     continue
                 listed = node.module in self.doors and alias.name in self.doors[node.module]
                 if not listed or alias.name.startswith("_"):

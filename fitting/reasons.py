@@ -1,0 +1,275 @@
+"""What a measurement may say of itself: why there is no answer, and what to look at in one; the texts of all results.
+
+A name is the `code` of the sentence, `reason` and `warning_codes` of a result, and stays; the texts are templates in
+the syntax of `str.format`, and may be put better. A translation is a table from these templates to others
+(`Statement.translated`). Errors of input are ValueErrors with their text where they are raised.
+"""
+
+from enum import unique
+
+from newtonjax.numerics import Wording
+
+
+@unique
+class Reason(Wording):
+    """Sentences of `message` and `warnings` by name, grouped by what they are about."""
+
+    # What was read of a photograph.
+    READ_AS_8_BIT = "{kind} values up to 255 were read as 8-bit codes; give transfer='linear' for counts of light"
+    SATURATED = "{share:.0%} of the pixels are saturated and were left out; expose less"
+    FIRST_PAGE = "page 1 of {pages} was measured; page=N (--page N) reads another one, fitting.fit_stack all"
+    TWO_LEVELS = "the picture has two levels only: a photograph in grey or colours is measured more precisely"
+    TOO_FEW_PIXELS = "{usable} pixels of {total} can be used: the image is saturated, dark or masked"
+    UNIFORM = "the image is uniform: there are no fringes"
+    VIEW_ASSUMED = (
+        'view is not given: "reflected" is assumed; one image cannot distinguish reflected from transmitted rings '
+        "unless the gap is known, nor Newton's rings from those of a Michelson interferometer"
+    )
+
+    # Whether it shows rings: by the search, then by the fit.
+    STRAIGHT_BEND = (
+        "the fringes are straight: across {orders:.0f} fringes they bend by {bend:.2g} fringe spacings; at least "
+        "{least:.2g} is required: a radius needs curved fringes"
+    )
+    STRAIGHT_WAVE = (
+        "the fringes are straight: evenly spaced ones explain {plane:.0%} of the fringe power, rings {match:.0%}; a "
+        "radius needs rings or arcs"
+    )
+    NO_RINGS_MATCH = "no rings: the best ones explain {match:.0%} of the fringe power; at least {least:.0%} is required"
+    NO_RINGS_AGREEMENT = (
+        "no rings: the best ones explain {match:.0%} of the fringe power, {share:.0%} of the image's variance follows "
+        "their phase from place to place, and neighbouring places agree to {coherence:.0%}; at least {least:.0%} of "
+        "both is required where rings explain so little"
+    )
+    MANY_BEAMS = (
+        "these fringes are not of two beams: their second and third harmonics are {second:.2f} and {third:.2f} of "
+        "their amplitude, whatever the camera's exponent; at most {most_second} and {most_third} are allowed "
+        "(Fabry-Perot rings are as sharp)"
+    )
+    MIDDLE_ONLY = "rings are seen in the middle of the picture only: what lies further out was left out"
+    LENS_SMALLER_THAN_FIELD = (
+        "wavelength and pixel size imply a lens radius of {radius:.3g} m, but the rings extend to {reach:.3g} m; check "
+        "the units"
+    )
+    STRAIGHT_FIT_WAVE = (
+        "the fringes are straight (they explain {straight:.0%} of the power); a radius needs rings or arcs"
+    )
+    STRAIGHT_FIT_BEND = (
+        "the fringes are straight: across {orders:.2g} fringes they bend by {bend:.2g} fringe spacings; a radius needs "
+        "curved fringes"
+    )
+    NO_RINGS_FIT = (
+        "no rings found: the best ring pattern explains {explained:.1%} of the image variance; at least {least:.0%} is "
+        "required"
+    )
+    NOT_FINITE = "the fit has no finite optimum: no rings were recognized"
+    NOT_CURVED = "the rings' curvature is not determined"
+    TOO_FEW_FRINGES = (
+        "the image shows {orders:.3g} fringes, which do not determine a scale; at least {least:g} are required: "
+        "include more rings, or a larger field, or give start or fixed values"
+    )
+    TOO_FEW_FRINGES_GUIDED = (
+        "the image shows {orders:.3g} fringes, which do not determine a scale; at least {least:g} are required: "
+        "include more rings, or a larger field"
+    )
+    NOT_ONE_SPHERE = (
+        "a ring pattern explains {explained:.0%} of the image variance, but the residual is not random: the fringes "
+        "are not the rings of one sphere"
+    )
+    UNEVEN_LIGHT = (
+        "{orders:.1f} fringes lie in light so uneven that it may pass for some: at least {least:g} are needed; take "
+        "more rings into the picture, light it more evenly, or give start or fixed values"
+    )
+    STRUCTURE_BESIDE_FEW_FRINGES = (
+        "the image shows only {orders:.1f} fringes, and {share:.1%} of its variance is structure that the model does "
+        "not explain; curvature cannot be separated from it: include more rings, or a larger field"
+    )
+    SCENE_MISFIT = (
+        "the scene does not reproduce these fringes: it explains {explained:.0%} of the image variance, a free ring "
+        "pattern {by_rings:.0%}; check the scene and the fixed parameters"
+    )
+
+    # What a fit determines.
+    NOT_CONVERGED = "least squares did not converge; mask what is not rings, or give start"
+    UNDETERMINED = "undetermined: {error}"
+    CURVATURE_UNCERTAIN = "the curvature is not determined: its standard deviation exceeds a fifth of its value"
+    NO_SCALE = "{missing} are not given; only one unknown can be measured, so the result is the fringe scale"
+    PLATE_LENS_NOT_CONVEX = "plate_radius is {plate:g} m: with rings of {effective:.4g} m the lens would not be convex"
+    PLATE_LENS_TOO_SMALL = (
+        "plate_radius is {plate:g} m: a lens of {lens:.3g} m is smaller than its rings, {reach:.3g} m"
+    )
+    PLATE_LENS_FLAT = (
+        "with a plate radius of {plate:g} m the curvature of the lens is zero within its standard deviation"
+    )
+    CORRELATED_RESIDUALS = (
+        "residuals of neighbouring pixels are correlated ({inflation:.3g} times the variance of white noise): the "
+        "model misses structure in the image; the noise row of the budget is enlarged, other model errors are not "
+        "included"
+    )
+    TREATED_AS_EXACT = (
+        "no standard deviation is given for {names}: treated as exact, and the reported uncertainty does not include it"
+    )
+    PART_NOT_FITTED = "{part}: {why}"
+    BRIGHT_FOR_DARK = "fringes are bright where the given gap predicts dark ones; check gap and view"
+    NEAR_SAMPLING_LIMIT = (
+        "the finest fringes are {width:.2g} pixels wide, close to the sampling limit of 2 pixels; mask the rim or use "
+        "more pixels"
+    )
+    NO_PURE_COSINE = (
+        "the fringes are no pure cosine, and no exponent of the codes makes them one (the best lies at the edge of "
+        "what was tried, {exponent:.2g}): more than two beams, clipping, or a curve that is no power law"
+    )
+
+    # Frames of a stack.
+    FRAME_UNUSABLE = "{error}"
+    FRAME_MASKED = "{share:.0%} of its pixels are no numbers, or masked"
+    FRAME_SATURATED = "saturated: {share:.0%} of its pixels cannot be used"
+    FRAME_UNIFORM = "uniform: there are no fringes"
+    FRAME_DARK = "dark or blank: its light varies by less than a tenth of the last frame's"
+    RINGS_LOST = "the rings are not where the last frame had them"
+    SEARCHED_ANEW = "{reason}: searched anew"
+    SEARCHED_IN_VAIN = "{reason}, and a search ended with: {message}"
+
+    # Draws from a posterior, and studies of a bench.
+    CHAIN_TOO_SHORT = (
+        "the chain of {steps} steps is shorter than {times} autocorrelation times of {slowest:.0f} steps: take at "
+        "least {least} steps"
+    )
+    CHAIN_BEYOND_LIKELIHOOD = (
+        "the posterior extends {excursion:.2g} turns from the fit; the likelihood is accurate to {near:g} turns, and "
+        "draws beyond are missing; include more rings"
+    )
+    UNDETERMINED_COMBINATIONS = "{combinations}"
+    ONLY_PRODUCT_MEASURED = "{together}: only {product} is measured"
+    UNSEEN_CHANGES = "{together}: the image does not change with {changes}"
+    TARGET_UNDETERMINED = "the image does not determine {target} with {beside} free: {why}"
+    NOISE_ABOVE_ACCURACY = "noise alone exceeds the requested accuracy: increase exposure, pixels or rings first"
+    VARIANCE_NOT_RESOLVED = "some fractions of the variance are not resolved by this number of draws; increase draws"
+    DRAW_NOT_CONVERGED = "the fit with {values} (SI units) does not converge: give smaller deviations"
+    DESIGN_UNDETERMINED = (
+        "no starting design determines {target}: a beam misses the field, or a parameter is undetermined"
+    )
+    NO_DESIGN_WITHIN_LIMITS = (
+        "no design within the bounds meets the limits: {limit} stays exceeded; widen bounds or limits"
+    )
+    TOO_MANY_FRINGES = "the field has too many fringes for a smooth forecast: give a smaller field, or fewer rings"
+
+    # A ruled grid.
+    TOO_FEW_PIXELS_OF_GRID = "{pixels} pixels can be used: the image is dark or masked"
+    NO_GRID = "no grid: no two directions of evenly spaced lines were found"
+    NO_GRID_COHERENCE = "no grid found: line coherence is {coherence:.2g}; at least {least:.2g} is required"
+    GRID_TOO_SMALL = "no square grid: its lines cover too little of the picture"
+    GRID_NOT_SQUARE = (
+        "no square grid: what looks like one is {skew:.2g}° off a right angle, {stretch:.1%} longer one way and "
+        "distorted by {distortion:.2g}"
+    )
+    DIVISION_TREATED_AS_EXACT = (
+        "no standard deviation is given for division: treated as exact, and the uncertainty does not include it"
+    )
+    PIXELS_NOT_SQUARE = (
+        "pixels are {uneven:.2g} longer one way than across it ({along}; {ratio:.2g} standard deviations): a tilted "
+        "grid or camera, or pixels that are not square; their geometric mean is given, and half of the difference is "
+        "in its standard deviation ({uneven:.2%} of a radius): photograph the grid along its normal"
+    )
+    PICTURE_OF_OTHER_SIZE = (
+        "the picture has half diagonals of {picture:.4g} px, that of the grid {grid:.4g} px: taken as cut about the "
+        "middle of the same frame; a picture that was resized has another pixel size"
+    )
+    STRETCHED_OTHERWISE = (
+        "the rings are stretched by {rings:.4f} ± {rings_sd:.2g} (x over y), the grid that gave the pixel size by "
+        "{grid:.4f} ± {grid_sd:.2g}, {ratio:.2g} standard deviations apart: one of the two was photographed at a "
+        "slant. The radius may be {size:.2%} off for that: photograph both along the normal"
+    )
+
+    # A table of ring readings: what was read.
+    ROWS_LEFT_OUT = "{rows} with an empty cell left out"
+    CENTRE_LEFT_OUT = "{readings} of radius 0 (order {orders}): the centre, no ring; left out"
+    COLUMN_NOT_USED = "{column} was not used: the sizes are those of {sizes}"
+    COLUMN_WITHOUT_UNIT = "{column} has no unit: taken in {unit}, as {sizes}"
+    SERIES_NOT_USED = "the series are those of {series}; not of {further} (name the column with columns or --column)"
+    COLUMNS_DISAGREE = "{column} and {sizes} disagree by up to {deviation:.1%}: {sizes} was used"
+
+    # What contradicts its line.
+    ONE_RING = "readings of {count} ring; a {measured} needs at least two orders"
+    MIXED_SERIES = "{series}; set them right in the table"
+    MIXED_SIZES = "{mixture}; set them right in the table"
+    MIXED_SIZES_SET_RIGHT = "{mixture}; set them right in the table; the {measured} is then {value:.4g} m"
+    RINGS_BEYOND_LENS = "the ring radii exceed the lens radius that they imply; check the units"
+    NOT_GROWING = "the radii do not grow with the order; count orders from the centre outwards"
+    NO_LINE = "{bend}: such readings give no {measured}"
+    NO_PIXEL_SIZE = "without pixel_size there is no radius: the fringe scale is the answer"
+    BEYOND_BOUNDS = "the {measured} is {value:.4g} m; check units and columns; allowed: {low:g} to {high:g} m"
+    DOUBTED_BEYOND_BOUNDS = "{doubt}; allowed: {low:g} to {high:g} m"
+    INTERVAL_REACHES_ZERO = (
+        "the readings do not determine the {measured}: {value}, and the 95 % interval reaches zero; it is below "
+        "{highest:.3g} m{suspects}; read more rings, or state the readings' sd"
+    )
+    OWN_INTERCEPTS = "the series are counted from different rings: each has an intercept of its own"
+    TWO_READINGS = "two readings give a line but no standard deviation; read more rings, or state sd_mm"
+    SERIES_DIFFER = "the series differ by more than their readings' errors ({values} m): the spread is in the budget"
+    BENT_LINE = "{bend}: half of that change is in the budget; check orders and readings"
+    READINGS_LEFT_OUT = "{count} readings ({listed}) lie off the line of the others and were left out"
+    READING_LEFT_OUT = "1 reading ({listed}) lies off the line of the others and was left out"
+    LEFT_OUT_AT_SIZE = "{count} of the readings left out {verb} on the line at {factor} the size: {look}?"
+    ORDERS_SET_RIGHT = "{count} orders were miscounted by a whole ring and set right; see their flags"
+    LIKELY_MISREAD = "the readings do not lie on a line; order {orders} is the likeliest to be misread"
+    ORDERS_MISCOUNTED = (
+        "the readings up to order {before:g} and from order {after:g} on lie on lines of one slope that are "
+        "{rings:.2g} +/- {sd:.1g} orders {distance} apart than counted; {proposals}; the answer is the slope of the "
+        "two sides alone"
+    )
+    COUNT_NOT_EXCLUDED = (
+        "the readings do not exclude a miscount between orders {before:g} and {after:g}: then the {measured} would be "
+        "{values}; read the rings between them"
+    )
+    NOT_THROUGH_CONTACT = (
+        "the line does not pass through the contact order (offset {offset:+.2g} orders): {count}the surfaces do not "
+        "touch; the {measured} comes from the slope and is not affected"
+    )
+    OTHER_LAW_THROUGH_CONTACT = (
+        "the line does not pass through the contact order (offset {offset:+.2g} orders), and {law}: with a gap the "
+        "{measured} is right, with that law there is none; read more rings"
+    )
+    ONLY_ROUNDING = (
+        "the readings lie closer to their line than {column}, read to {division}, can tell: the standard deviation is "
+        "that of the rounding, once for equal repeats of a ring"
+    )
+    SHARED_RING_ERROR = (
+        "readings of one ring agree {common:.2g} times better than the rings lie on the line: they share its error, so "
+        "the rings are counted and not the readings"
+    )
+    SCATTER_ABOVE_STATED = "the readings scatter {ratio:.2g} times as far as their stated sd: the scatter's was used"
+    SCATTER_BELOW_STATED = (
+        "the readings scatter {ratio:.2g} times as far as their stated sd, which was used: by their scatter the "
+        "{measured}'s sd is {by_scatter} and not {stated}"
+    )
+    BEYOND_SENSIBLE = (
+        "the {measured} of {value:.4g} m is beyond {low:g} to {high:g} m: check units and columns{slip} (name the "
+        "column with columns or --column)"
+    )
+    NOT_AS_EXPECTED = (
+        "the {measured} is {ratio:.2g} times the expected one{slip} (name the column with columns or --column)"
+    )
+
+
+@unique
+class Piece(Wording):
+    """Parts of such sentences, where one has them and another of the same name has not."""
+
+    SERIES_AT_SIZE = "series {names} {verb} {ratio} times the {remaining} in r²: {look}"
+    READINGS_AT_SIZE = (
+        "the readings from order {first:g} on lie on the line at {factor} their size: they look like {look}"
+    )
+    BEND = (
+        "r² against order is not a straight line: curvature of {deviations:+.1f} standard deviations, the slope "
+        "changes by {change:+.0%} over the table{law}"
+    )
+    BEND_BY_LAW = "; {law}, not Newton's rings of a sphere"
+    ANOTHER_LAW = "{power} against order is a line through contact as well: {law}"
+    COUNTED_TOO_LOW = "the orders may be counted {rings} too low, or "
+    COUNTED_TOO_HIGH = "the orders may be counted {rings} too high, or "
+    RINGS_BETWEEN = "if {rings} between them, {then}"
+    NO_RINGS_BETWEEN = "no whole number of rings explains it"
+    SLIP = ": {look}; if so, the {measured} is {value:.4g} m"
+    SIZES_LOOK_LIKE = "what the table calls {called} look like {look}"
+    UNIT_LOOKS_LIKE = "what the table calls {unit} looks like {look}"
