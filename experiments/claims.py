@@ -61,7 +61,7 @@ def main(names: list[str]) -> int:
         print(f"{name:<12} {verdict} {wall:6.1f} s ({processor:5.1f} s of processor), {size:.1f} GiB", flush=True)
         if failure:
             print(failure[-6000:].strip(), flush=True)
-        memory.release(LARGEST)
+        memory.release(LARGEST, memory.MOST_MAPS)
     print(f"{len(names) - failures} passed, {failures} failed")
     return failures
 

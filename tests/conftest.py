@@ -101,7 +101,7 @@ AFTER_A_MODULE, AFTER_A_TEST = 1.5, 1.8  # GiB
 @pytest.fixture(autouse=True, scope="module")
 def _room_after_a_module():
     yield
-    memory.release(AFTER_A_MODULE)
+    memory.release(AFTER_A_MODULE, memory.MOST_MAPS)
 
 
 @pytest.fixture(autouse=True)

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import jax
 
-# Compiled code takes 1 to 2 MB a program, in memory maps, of which Linux allows a process 65530.
+# Compiled code takes 1 to 2 MB a program, in memory maps, of which Linux allows a process 65530. Far fewer than that:
+# they are counted between modules, and no module compiles a thousand programs.
 MOST_MAPS = 25_000
 
 
@@ -23,16 +24,18 @@ def memory_maps() -> int:
     return maps.read_bytes().count(b"\n") if maps.exists() else 0
 
 
-def release(largest: float) -> None:
+def release(largest: float, most_maps: int | None = None) -> None:
     """Give memory back where the process has more than `largest` GiB or too many maps; compiled code too, if it must.
 
-    What was compiled is loaded again from the cache on disk, but has to be traced again.
+    What was compiled is loaded again from the cache on disk, but has to be traced again. To count ten thousand maps
+    takes 10 ms, which is long for each test: None leaves them uncounted.
     """
-    if resident() <= largest and memory_maps() <= MOST_MAPS:
+    has_many_maps = most_maps is not None and memory_maps() > most_maps
+    if resident() <= largest and not has_many_maps:
         return
     _trim()
     # Not just below: the next test would have to do it again.
-    if resident() > 0.7 * largest or memory_maps() > MOST_MAPS:
+    if resident() > 0.7 * largest or has_many_maps:
         jax.clear_caches()
         _trim()
 

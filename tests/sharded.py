@@ -1,6 +1,9 @@
 """The same image, loss and gradient on any number of devices and processes: run by `test_sharding.py`.
 
-python tests/sharded.py DEVICES [PROCESSES NUMBER PORT]
+python tests/sharded.py DEVICES PROCESSES NUMBER PORT
+
+Each process has DEVICES devices. The first one prints the answers of one device, of its own devices, and of those of
+all processes.
 """
 
 import json
@@ -8,7 +11,7 @@ import os
 import sys
 from functools import partial
 
-devices, processes, number, port = (int(text) for text in (*sys.argv[1:], 1, 0, 0)[:4])
+devices, processes, number, port = map(int, sys.argv[1:])
 os.environ |= {"XLA_FLAGS": f"--xla_force_host_platform_device_count={devices}", "JAX_PLATFORMS": "cpu"}
 
 import jax  # noqa: E402 (the flags come first)
@@ -18,13 +21,16 @@ from compilations import QUICKLY  # noqa: E402
 from jax.sharding import Mesh, NamedSharding, PartitionSpec  # noqa: E402
 
 jax.config.update("jax_enable_x64", True)
-if processes > 1:
-    jax.distributed.initialize(f"localhost:{port}", processes, number)
+jax.distributed.initialize(f"localhost:{port}", processes, number)
 
 import newtonjax as nj  # noqa: E402
 
 CAMERA = nj.Camera((64, 48), 60e-6)
 RADII = np.array([1.0, 1.5, 2.0, 2.5])
+METHODS = {"Chebyshev": nj.Chebyshev(9), "Traced": nj.Traced(chunk=256)}
+# Weights of a sum: of an image on several processes, which see a part each, all see its sums.
+WEIGHTS = np.cos(np.arange(CAMERA.shape[0] * CAMERA.shape[1], dtype=float)).reshape(CAMERA.shape)
+compiled = partial(jax.jit, compiler_options=QUICKLY)
 
 
 def image(radius, method):
@@ -34,40 +40,46 @@ def image(radius, method):
 
 
 def loss(radius, method):
-    return jnp.sum(image(radius, method) ** 2) / CAMERA.shape[0]
+    """Of an image, and the image."""
+    pixels = image(radius, method)
+    return jnp.sum(pixels**2) / CAMERA.shape[0], pixels
 
 
-mesh = Mesh(np.array(jax.devices()), ("rows",))
-rows, batch = NamedSharding(mesh, PartitionSpec("rows", None)), NamedSharding(mesh, PartitionSpec("rows"))
-alone = NamedSharding(mesh, PartitionSpec())
+# Jitted without shardings: traced once, and then a part of a program for each set of devices.
+with_gradient = {
+    name: jax.jit(jax.value_and_grad(partial(loss, method=method), has_aux=True)) for name, method in METHODS.items()
+}
+losses = jax.jit(jax.vmap(lambda radius: loss(radius, METHODS["Chebyshev"])[0]))
+
+
+def answers(shared_by):
+    """Images shared out by rows, and a batch of losses shared out, over some devices."""
+    mesh = Mesh(np.array(shared_by), ("rows",))
+    rows, batch = NamedSharding(mesh, PartitionSpec("rows", None)), NamedSharding(mesh, PartitionSpec("rows"))
+    everywhere = NamedSharding(mesh, PartitionSpec())
+    at_hand = [device for device in shared_by if device.process_index == jax.process_index()]
+    numbers = {}
+    for name, function in with_gradient.items():
+        program = compiled(
+            lambda radius, function=function: function(radius),
+            in_shardings=everywhere,
+            out_shardings=((everywhere, rows), everywhere),
+        )
+        (value, pixels), slope = program(2.0)
+        assert len(pixels.addressable_shards) == len(at_hand)
+        assert pixels.addressable_shards[0].data.shape == (CAMERA.shape[0] // len(shared_by), CAMERA.shape[1])
+        numbers[name] = float(jax.jit(jnp.vdot, out_shardings=everywhere)(pixels, jax.device_put(WEIGHTS, rows)))
+        numbers[f"{name} loss"], numbers[f"{name} gradient"] = float(value), float(slope)
+    of_batch = compiled(lambda radii: losses(radii), in_shardings=batch, out_shardings=batch)(
+        jax.device_put(RADII, batch)
+    )
+    assert len(of_batch.addressable_shards) == len(at_hand)
+    numbers["batch"] = float(jax.jit(jnp.sum, out_shardings=everywhere)(of_batch))
+    return numbers
+
+
 assert len(jax.devices()) == devices * processes
-compiled = partial(jax.jit, compiler_options=QUICKLY)
-
-
-def over_rows(method):
-    """The loss of an image shared out by rows, and the image."""
-
-    def sharded(radius):
-        made = jax.lax.with_sharding_constraint(image(radius, method), rows)
-        return jnp.sum(made**2) / CAMERA.shape[0], made
-
-    return sharded
-
-
-found = {}
-for method in (nj.Chebyshev(9), nj.Traced(chunk=256)):
-    name = type(method).__name__
-    outputs = ((alone, rows), alone)
-    (value, made), slope = compiled(jax.value_and_grad(over_rows(method), has_aux=True), out_shardings=outputs)(2.0)
-    assert len(made.addressable_shards) == devices
-    assert made.addressable_shards[0].data.shape == (CAMERA.shape[0] // (devices * processes), CAMERA.shape[1])
-    # Every process looks at the whole only through sums, which all of them have.
-    weights = jnp.cos(jnp.arange(CAMERA.shape[0] * CAMERA.shape[1], dtype=float)).reshape(CAMERA.shape)
-    found[name] = float(jax.jit(jnp.vdot, out_shardings=alone)(made, weights))
-    found[f"{name} loss"], found[f"{name} gradient"] = float(value), float(slope)
-losses = compiled(jax.vmap(lambda r: loss(r, nj.Chebyshev(9))), in_shardings=batch, out_shardings=batch)(
-    jax.device_put(RADII, batch)
-)
-found["batch"] = float(jax.jit(jnp.sum, out_shardings=alone)(losses))
+results = {"all processes": answers(jax.devices())}
 if number == 0:
-    print(json.dumps(found))
+    results |= {"one process": answers(jax.local_devices()), "one device": answers(jax.local_devices()[:1])}
+    print(json.dumps(results))
