@@ -50,6 +50,18 @@ def honest(seed: int, fewest: int = 3) -> MadeTable:
     return MadeTable(columns, radius)
 
 
+def coarse(seed: int) -> MadeTable:
+    """An honest table whose diameters are read to the power of ten next below the spacing of its rings.
+
+    Some half of the spacing in the mean: the errors of equal repeats are then one rounding.
+    """
+    made = honest(seed)
+    spacing = np.diff(2e3 * _sphere(made.radius or 1.0, np.unique(made.columns["order"])))
+    places = -int(np.floor(np.log10(0.5 * np.median(spacing)) + 0.3))
+    columns = {name: column for name, column in made.columns.items() if name != "sd_mm"}
+    return MadeTable(columns | {"diameter_mm": np.round(columns["diameter_mm"], places)}, made.radius)
+
+
 def off_model(kind: str, seed: int) -> MadeTable:
     """A table of a kind of `KINDS`."""
     rng = np.random.default_rng((seed, 1 + KINDS.index(kind)))

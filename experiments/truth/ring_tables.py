@@ -1,7 +1,8 @@
 """Claim: ring tables are measured within their intervals, and tables of another kind are refused or warned of.
 
 Made tables (`made_tables.py`). Of a sphere with honest readings: 95 % intervals cover the radius in 93 to 97 %, and
-each rival (another law, miscount, series, misread readings, stated deviations) speaks up by chance in at most 1 %.
+each rival (another law, miscount, series, misread readings, stated deviations) speaks up by chance in at most 1 %,
+and so where diameters are read no finer than half of the rings' spacing.
 Of twelve kinds of wrong tables none is answered wrongly without a word: beyond four standard deviations (of a normal
 error, or the same chance by Student's t), or where there is no radius at all, with status ok and no warning (that the
 line misses contact is none).
@@ -12,12 +13,13 @@ Thresholds were set on seeds from 0; the table is of others, from 300000.
 
 import argparse
 from collections import Counter
+from collections.abc import Iterable
 
 from scipy import optimize, stats
 
 import fitting
 from experiments import records
-from experiments.truth.made_tables import KINDS, WAVELENGTH, MadeTable, honest, off_model
+from experiments.truth.made_tables import KINDS, WAVELENGTH, MadeTable, coarse, honest, off_model
 
 _HELD_OUT = 300_000
 _DEVIATIONS = 4.0
@@ -66,9 +68,9 @@ def _normal_deviations(error: float, sd: float, half_width: float) -> float:
     return float(stats.norm.isf(stats.t.sf(error / sd, freedom)))
 
 
-def on_model(seeds: range) -> dict:
+def on_model(tables: Iterable[MadeTable]) -> dict:
     """Shares of honest tables: answered, covered, and alarms by rival."""
-    rows = [outcome(honest(seed)) for seed in seeds]
+    rows = [outcome(made) for made in tables]
     answered = [row for row in rows if not row["refused"]]
     alarms = Counter(name for row in rows for name in row["rivals"])
     return {
@@ -96,10 +98,13 @@ def of_kind(kind: str, seeds: range) -> dict:
     }
 
 
-def show(honest_tables: dict, kinds: list[dict]) -> None:
-    """Print both tables."""
-    print(", ".join(f"{key} {value:.1%}" for key, value in honest_tables.items() if isinstance(value, float)))
-    print("alarms: " + ", ".join(f"{name} {share:.2%}" for name, share in honest_tables["alarms"].items()))
+def show(honest_tables: dict[str, dict], kinds: list[dict]) -> None:
+    """Print all tables."""
+    for name, shares in honest_tables.items():
+        print(
+            f"{name}: " + ", ".join(f"{key} {value:.1%}" for key, value in shares.items() if isinstance(value, float))
+        )
+        print("alarms: " + ", ".join(f"{rival} {share:.2%}" for rival, share in shares["alarms"].items()))
     columns = ("answered", "warned", "covered", "refused")
     print(f"{'kind':<38}" + "".join(f"{name:>10}" for name in columns) + "   confidently wrong")
     for row in kinds:
@@ -116,15 +121,20 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="400 honest ones, 20 of each kind, nothing written")
     options = parser.parse_args()
     tables, each = (400, 20) if options.quick else (options.tables, options.each)
-    honest_tables = on_model(range(options.first, options.first + tables))
+    seeds = range(options.first, options.first + tables)
+    honest_tables = {"honest": on_model(map(honest, seeds)), "read coarsely": on_model(map(coarse, seeds))}
     kinds = [of_kind(kind, range(options.first, options.first + each)) for kind in KINDS]
     show(honest_tables, kinds)
     # Three binomial deviations beside the claim, since it is of shares.
-    assert abs(honest_tables["covered"] - 0.95) < 0.02 + 3 * (0.05 * 0.95 / tables) ** 0.5
-    assert max(honest_tables["alarms"].values()) <= 0.01 + 3 * (0.01 / tables) ** 0.5
+    margin = 3 * (0.05 * 0.95 / tables) ** 0.5
+    assert abs(honest_tables["honest"]["covered"] - 0.95) < 0.02 + margin
+    # Where the rounding decides, its whole width counts, and intervals are wide.
+    assert honest_tables["read coarsely"]["covered"] > 0.93 - margin
+    for shares in honest_tables.values():
+        assert max(shares["alarms"].values()) <= 0.01 + 3 * (0.01 / tables) ** 0.5
     assert sum(row["confidently wrong"] for row in kinds) == 0
     if not options.quick:
-        records.save("ring_tables", {"honest": honest_tables, "kinds": kinds})
+        records.save("ring_tables", {**honest_tables, "kinds": kinds})
 
 
 if __name__ == "__main__":

@@ -15,6 +15,8 @@ _NEAR = 0.1
 _MOST, _A_ROUND = 0.25, 0.01
 # A reading this far off the line, in orders, is no reading error: half an order is another ring.
 _FAR = 0.4
+# Nor is what lies off by less than so many standard deviations of the rounding to the table's division.
+_BY_ROUNDING = 4.0
 # Above so many readings the misread one stands out by itself.
 _FEW = 6
 
@@ -65,6 +67,8 @@ def suspect(sample: Sample, expected: float) -> int | None:
     is_misread = np.abs(line.residual) > _FAR * abs(line.slope)
     if sample.sd is not None:
         is_misread &= np.abs(line.residual) * np.sqrt(weight) > 3
+    else:
+        is_misread &= np.abs(line.residual) > _BY_ROUNDING * 2 * sample.radius * sample.rounding
     if not is_misread.any():
         return None
     distances = []

@@ -44,8 +44,14 @@ class Sample:
 
     @property
     def floor(self) -> float:
-        """The least chi² to a degree of freedom: what is stated, or what nobody reads, or the digits do not show."""
-        return 1.0 if self.sd is not None else max(_FINEST * float(self.radius.max()), self.rounding) ** 2
+        """The least chi² to a degree of freedom: what is stated, or what nobody reads, or the digits do not show.
+
+        Readings of one ring that are rounded alike have one rounding among them.
+        """
+        if self.sd is not None:
+            return 1.0
+        repeats = len(self.order) / len(np.unique(self.order))
+        return max((_FINEST * float(self.radius.max())) ** 2, repeats * self.rounding**2)
 
     def line(self, order=None, used=None, group=None) -> Regression:
         """The line for questions, by fair weights, through the used readings."""

@@ -53,7 +53,7 @@ def scatter_of(answer: Regression, fair: Regression, sample: Sample) -> Scatter:
         ratio = float(np.sqrt(mean_square))
         chance = float((stats.chi2.sf if ratio > 1 else stats.chi2.cdf)(answer.chi2, freedom))
         variance, of_variance = (mean_square, float(freedom)) if ratio > 1 and chance < _IN_ITS_PLACE else (1.0, np.inf)
-    common = _common_errors(fair, sample.floor)
+    common = _common_errors(fair, sample)
     if common:
         between, rings_freedom = _between_rings(answer)
         if between > variance:
@@ -100,12 +100,17 @@ def _between_rings(line: Regression) -> tuple[float, int]:
     return (line.chi2 - within) / max(freedom, 1), freedom
 
 
-def _common_errors(line: Regression, floor: float) -> float:
-    """How many times readings of one ring agree better than the rings lie on the line (lack of fit); 0 by chance."""
+def _common_errors(line: Regression, sample: Sample) -> float:
+    """How many times readings of one ring agree better than the rings lie on the line (lack of fit); 0 by chance.
+
+    What rounding to one division makes alike is no error of the ring.
+    """
     within, repeats = _within_rings(line)
     between, freedom = _between_rings(line)
     if repeats < 2 or freedom < 1:
         return 0.0
-    inside = max(within / repeats, floor)
+    # Rounded alike, the mean of n readings has the rounding's whole variance: n of it at one reading's weight.
+    alike = 0.0 if sample.sd is not None else sample.rounding**2 * len(line.order) / (len(line.order) - repeats)
+    inside = max(within / repeats, sample.floor) + alike
     ratio = between / inside
     return float(np.sqrt(ratio)) if stats.f.sf(ratio, freedom, repeats) < _ALARM_COMMON else 0.0

@@ -308,3 +308,16 @@ def test_a_series_of_another_size_is_named(count, odd, column, words, by_column)
     name = "abcde"[odd] if by_column else str(odd + 1)
     assert result.status == "refused"
     assert result.message.startswith(f"series {name} {words}")
+
+
+def test_repeats_that_are_rounded_alike_share_no_error():
+    # Five series of one observer, read to half of the spacing of the outer rings: all equal, and off by up to 0.05 mm.
+    order = np.tile(np.arange(3.0, 15.0), 5)
+    diameters = np.round(2e3 * np.sqrt(order * WAVELENGTH), 1)
+    result = fitting.rings({"order": order, "diameter_mm": diameters}, wavelength=WAVELENGTH)
+    assert not warned(result, "readings of one ring agree")
+    assert not warned(result, "than counted")
+    # What the rings share beyond that is said as ever: here each ring's own 0.05 mm, read to a micrometre.
+    shift = np.tile(0.05 * np.random.default_rng(0).normal(size=12), 5)
+    fine = np.round(2e3 * np.sqrt(order * WAVELENGTH) + shift + 1e-3 * np.random.default_rng(1).normal(size=60), 3)
+    assert warned(fitting.rings({"order": order, "diameter_mm": fine}, wavelength=WAVELENGTH), "readings of one ring")
