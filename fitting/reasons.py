@@ -184,6 +184,10 @@ class Reason(Wording):
     # A table of ring readings: what was read.
     ROWS_LEFT_OUT = "{rows} with an empty cell left out"
     CENTRE_LEFT_OUT = "{readings} of radius 0 (order {orders}): the centre, no ring; left out"
+    COLUMN_TAKEN = "{column} was taken for {meaning}; if it is not, name the column with columns or --column"
+    COLUMNS_UNITED = "{columns} are readings of the same rings, each of which counts"
+    MEAN_NOT_USED = "{column} was not used: it is the mean of {sizes}"
+    SQUARES_TAKEN = "{column} was taken for squares: their roots are {sizes}, with equal errors of the squares"
     COLUMN_NOT_USED = "{column} was not used: the sizes are those of {sizes}"
     COLUMN_WITHOUT_UNIT = "{column} has no unit: taken in {unit}, as {sizes}"
     SERIES_NOT_USED = "the series are those of {series}; not of {further} (name the column with columns or --column)"

@@ -11,13 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from fitting.tables.headers import NAMES
+from fitting.tables.headers import NAMES, UNIT_WORDS, is_chinese, words_of
 
 _WHAT = "give the path of a CSV file with a header, or columns by name such as {'order': [1, 2], 'diameter_mm': [3, 4]}"
 
 # Excel says its delimiter in a line of its own.
 _SEPARATOR = re.compile(r'\s*"?sep=([,;\t|]?).?"?\s*', re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"-?\d+,(\d+)")
+_COMMENTS = ("#", "%", "//")
+# Workbooks, new (a ZIP archive) and old (a compound file).
+_WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 # Characters that no table has.
 _NO_TEXT = re.compile(r"[\x00-\x08\x0e-\x1b\x7f\ufffe\uffff]")
 
@@ -76,7 +79,7 @@ def _of_file(path: Path) -> tuple[dict[str, Sequence], list[int]]:
     lines = _text_of(path).splitlines()
     separators = [_SEPARATOR.fullmatch(line) for line in lines]
     numbered = [(n, line) for n, line in enumerate(lines, 1) if separators[n - 1] is None]
-    rows = [(n, line) for n, line in numbered if line.strip() and not line.lstrip().startswith("#")]
+    rows = [(n, line) for n, line in numbered if line.strip() and not line.lstrip().startswith(_COMMENTS)]
     if len(rows) < 2:
         raise ValueError(f"{path} holds no readings; give a header and one row a ring")
     delimiter = next((match[1] for match in separators if match and match[1]), _delimiter_of(rows[0][1]))
@@ -87,6 +90,9 @@ def _of_file(path: Path) -> tuple[dict[str, Sequence], list[int]]:
     if len(body) != len(rows) - 1:
         raise ValueError(f"{path}: a quoted cell spans several lines; give one line a row")
     names = [name.strip() for name in header]
+    if len(body) > 1 and len(body[0]) == len(names) and (units := _units(body[0])):
+        names = [f"{name} ({unit})" if unit else name for name, unit in zip(names, units, strict=True)]
+        del body[0], rows[1]
     names = [name.lower() if name.lower() in NAMES and name.lower() not in names else name for name in names]
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise ValueError(f"{path}: the header names {', '.join(map(repr, twice))} twice; give each column one name")
@@ -101,17 +107,36 @@ def _of_file(path: Path) -> tuple[dict[str, Sequence], list[int]]:
 
 
 def _text_of(path: Path) -> str:
-    """A file's text: UTF-8, UTF-16 with a byte-order mark, or what Windows writes in the West; else ValueError."""
+    """A file's text: UTF-8, UTF-16 with a byte-order mark, or what Windows writes in China and in the West.
+
+    Raises ValueError for what is no text.
+    """
     content = path.read_bytes()
+    if content.startswith(_WORKBOOKS):
+        raise ValueError(f"{path} is a workbook of a spreadsheet program; save its sheet as CSV and give that")
     encodings = (
-        ("utf-16",) if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else ("utf-8-sig", "cp1252")
+        ("utf-16",)
+        if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+        else ("utf-8-sig", "gb18030", "cp1252")
     )
     for encoding in encodings:
         with suppress(UnicodeDecodeError):
             text = content.decode(encoding)
+            # Western letters may pass for Chinese ones, but not for the words of a table's header.
+            if encoding == "gb18030" and not is_chinese(text):
+                continue
             if not _NO_TEXT.search(text):
                 return text
     raise ValueError(f"{path} is no text; give a table of ring readings (CSV with a header)")
+
+
+def _units(row: list[str]) -> list[str]:
+    """The units in a row below the header that holds nothing else; empty where it is no such row."""
+    words = [words_of(cell) for cell in row]
+    is_unit = [len(cell) == 1 and cell[0] in UNIT_WORDS for cell in words]
+    if not any(is_unit) or not all(unit or not cell for unit, cell in zip(is_unit, words, strict=True)):
+        return []
+    return [UNIT_WORDS[cell[0]] if unit else "" for unit, cell in zip(is_unit, words, strict=True)]
 
 
 def _delimiter_of(header: str) -> str:

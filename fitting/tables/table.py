@@ -12,6 +12,7 @@ from fitting.reasons import Reason
 from fitting.tables import headers
 from fitting.tables.columns import columns_of, numbers
 from fitting.tables.division import division, rounding_sd
+from fitting.tables.spellings import in_usual_names
 from newtonjax.numerics import shown
 
 # A ring's radius over what a column of that kind holds; "left" is the difference to "right".
@@ -51,11 +52,20 @@ def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] |
 
     Columns: `order`; then the first of `left_mm` with `right_mm`, `diameter_mm`, `radius_mm` that is there, in mm, um,
     cm, m or px; `sd_mm` (of that column's reading; in px beside px), `sigma`, `error` or `uncertainty`; and `series`.
-    "diameter (mm)", "diameter [mm]" and "Diameter, mm" are the same. `columns` maps these names to a table's own.
+    "diameter (mm)", "diameter [mm]", "Diameter, mm" and "Durchmesser [mm]" are the same. "D (mm)", n for orders,
+    squares ("D² (mm²)") and several readings of a ring ("D1 (mm)", "D2 (mm)") are taken for what they seem to be, with
+    a warning. `columns` maps these names to a table's own.
 
     Raises FileNotFoundError, and ValueError for a table without these columns, or a cell that is no number.
     """
-    table_cells, lines = columns_of(table)
+    read_cells, read_lines = columns_of(table)
+    mapped = (
+        [header for header in dict(columns or {}).values() if isinstance(header, str)]
+        if isinstance(columns, Mapping)
+        else []
+    )
+    usual = in_usual_names(read_cells, read_lines, mapped)
+    table_cells, lines = usual.cells, usual.lines
     cells, named, series_notes = _named(table_cells, columns)
     if "order" not in cells:
         like = headers.order_like(table_cells)
@@ -67,7 +77,7 @@ def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] |
     sizes = {key: numbers(cells[key], key, lines) for key in ("order", *_columns_of(name))}
     unnamed = [header for header in table_cells if header not in list((columns or {}).values())]
     sd_name, warnings = _deviation_column(cells, unnamed, kind, unit)
-    warnings += series_notes
+    warnings += [*series_notes, *usual.notes]
     if sd_name:
         sizes[sd_name] = numbers(cells[sd_name], sd_name, lines)
     order, radius = sizes["order"], _radius(sizes, name) * _in_metres(unit)

@@ -22,22 +22,28 @@ DIAMETERS = 2e3 * np.sqrt(ORDERS * WAVELENGTH)  # [mm], of a lens of 1 m
         ("sigma", "sd"), ("error (mm)", "sd_mm"), ("uncertainty [um]", "sd_um"), ("sd_mm", "sd_mm"),
         ("σ / mm", "sd_mm"), ("standard deviation, mm", "sd_mm"),
         ("diameter error (mm)", "sd_diameter_mm"), ("sd radius", "sd_radius"),
-        ("radius_mm_reported", ""), ("x_left_mm", ""), ("D (cm)", ""), ("temperature", ""), ("diameter", "diameter"),
+        ("radius_mm_reported", ""), ("x_left_mm", "left_mm"), ("D (cm)", ""),
+        ("temperature", ""), ("diameter", "diameter"),
     ],
 )  # fmt: skip
 def test_a_header_says_kind_and_unit(header, name):
     assert canonical(header) == name
 
 
-@pytest.mark.parametrize("header", ["D (cm)", "D [cm]", "D, cm", "D/cm", "D_cm", "D  cm", "D (centimetres)"])
+@pytest.mark.parametrize(
+    "header", ["D (cm)", "D [cm]", "D, cm", "D/cm", "D_cm", "D  cm", "D (centimetres)", "d_n / cm"]
+)
 def test_a_column_in_centimetres_is_a_hundred_times_no_other(header):
     rows = {"order": ORDERS, header: DIAMETERS / 10}
-    with pytest.raises(ValueError, match="name one, such as diameter_cm=") as refusal:
-        fitting.rings(rows, wavelength=WAVELENGTH)
-    assert header in str(refusal.value)
+    result = fitting.rings(rows, wavelength=WAVELENGTH)
+    assert result.radius == pytest.approx(1.0, rel=1e-5)
+    assert (
+        f"{header} was taken for diameter_cm; if it is not, name the column with columns or --column" in result.warnings
+    )
     for name in ("diameter_cm", "diameter"):
         result = fitting.rings(rows, wavelength=WAVELENGTH, columns={name: header})
         assert result.radius == pytest.approx(1.0, rel=1e-5)
+        assert not result.warnings
     with pytest.raises(ValueError, match="the header says cm; name it diameter_cm="):
         fitting.rings(rows, wavelength=WAVELENGTH, columns={"diameter_mm": header})
 
@@ -94,7 +100,12 @@ def test_a_column_of_deviations_may_be_named():
         ({"order": [1, 2], "radius_mm": [1, 2], "sd_mm": [0, 1]}, "above zero"),
         ({"order": [1, 2], "radius": [1, 2]}, "column 'radius' has no unit; call it radius_mm"),
         ({"order": [1, 2], "radius_mm": [1, 2], "Radius (mm)": [1, 2]}, "two columns of the table are radius_mm"),
-        ({"m": [1, 2], "radius_mm": [1, 2]}, "name one with order=m"),
+        ({"m": [1, 2], "n": [3, 4], "radius_mm": [1, 2]}, "name one with order=m"),
+        ({"m": [1, 1], "radius_mm": [1, 2]}, "name one with order=m"),
+        ({"m": [1.2, 2.3], "radius_mm": [1, 2]}, "name one with order=m"),
+        ({"n": [1, 2], "R (mm)": [900, 901]}, "the table has no ring sizes; it has order, R"),
+        ({"n": [1, 2], "d_m": [1, 2]}, "the table has no ring sizes"),
+        ({"n": [1, 2], "D^2 (mm^2)": [1, -2]}, "holds a negative square"),
         ({"order": [], "radius_mm": []}, "no row of the table is complete"),
     ],
 )

@@ -184,7 +184,7 @@ def test_pixels_without_a_scale_give_the_fringe_scale():
 @pytest.mark.parametrize(
     ("rows", "words"),
     [
-        ({"m": [1, 2], "diameter_mm": [1, 2]}, "no column 'order'"),
+        ({"x": [1, 2], "diameter_mm": [1, 2]}, "no column 'order'"),
         ({"order": [1, 2], "size": [1, 2]}, "no ring sizes"),
         ({"order": [1, 2], "diameter_mm": [1, "x"]}, "'x' is not a number"),
         ({"order": [1, 2], "diameter_mm": [1, -2]}, "negative"),
