@@ -37,6 +37,7 @@ from fitting.parameters.result import says_its_origin as says_its_origin
 from fitting.parameters.running import Progress as Progress
 from fitting.parameters.running import one_blas_thread as one_blas_thread
 from fitting.parameters.running import progress_of as progress_of
+from fitting.parameters.table import PART_OPTIONS as PART_OPTIONS
 from fitting.parameters.table import TABLE as TABLE
 from fitting.parameters.table import ParameterSpec as ParameterSpec
 from fitting.parameters.vector import NUMBERS as NUMBERS

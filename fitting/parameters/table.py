@@ -1,6 +1,6 @@
 """The table of named parameters: what fits, studies, chains, reports and files call a number, and what may be meant."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from newtonjax.scene import INDEX, PIXEL_SIZE, RADIUS, WAVELENGTH
 
@@ -16,7 +16,6 @@ class ParameterSpec:
     - `positive`: whether only its ratios mean something.
     - `advice`: what makes its row of a budget smaller; empty where nothing can be said.
     - `in_fit`: whether it is a number of a part of the rings' model, and so stands in the vector of a fit.
-    - `in_unit`: what follows its values in a text: a blank and the unit, or nothing.
     """
 
     name: str
@@ -26,10 +25,11 @@ class ParameterSpec:
     positive: bool = False
     advice: str = ""
     in_fit: bool = False
-    in_unit: str = field(init=False)
 
-    def __post_init__(self):
-        object.__setattr__(self, "in_unit", f" {self.unit}" if self.unit else "")
+    @property
+    def in_unit(self) -> str:
+        """What follows its values in a text: a blank and the unit, or nothing."""
+        return f" {self.unit}" if self.unit else ""
 
     def key(self, suffix: str = "") -> str:
         """Its key in JSON, the unit at its end: "radius_sd_m" of the suffix "sd"."""
@@ -79,3 +79,13 @@ _SPECS = (
     ParameterSpec("distortion_fifth_order", "κ₅", bounds=(-0.05, 0.05), in_fit=True),
 )  # fmt: skip
 TABLE = {spec.name: spec for spec in _SPECS}
+
+# Parts of the rings' model, and what the shell says of their options: here, and not in the parts, since help comes
+# without NumPy.
+PART_OPTIONS = {
+    "oblique_view": "A camera that looks at a slant.",
+    "distortion": "A camera whose lens distorts.",
+    "fifth_order": "The fifth order of that distortion.",
+    "contact": "A lens pressed flat on the plate.",
+    "film": "A film between the pressed faces.",
+}

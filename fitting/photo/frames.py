@@ -8,15 +8,13 @@ from typing import Any
 import numpy as np
 
 from fitting.photo import numpy_files, pillow_files, tiff_pages
-from fitting.photo.image_file import load
+from fitting.photo.image_file import load, reader_of
 
 _ALLOWED = (
     "an array [frames, rows, columns] or with channels, an iterable of images, or a file (multi-page TIFF, GIF, .npy, "
     "video)"
 )
-# Formats that Pillow reads frame by frame; what is none of them is taken for a video, for which imageio has readers by
-# these modules.
-_STILL = (".gif", ".png", ".apng", ".webp", ".jpg", ".jpeg", ".bmp")
+# What is no picture is taken for a video, for which imageio has readers by these modules.
 _VIDEO = {"av": "pyav", "imageio_ffmpeg": "FFMPEG"}
 
 
@@ -56,14 +54,15 @@ def _image(item: Any) -> np.ndarray | ValueError:
 def _of_file(path: Path) -> Iterator[np.ndarray | ValueError]:
     if not path.is_file():
         raise FileNotFoundError(f"{path} is not a file; give {_ALLOWED}")
-    with path.open("rb") as file:
-        head = file.read(6)
-    if head.startswith(tiff_pages.HEADS):
+    reader = reader_of(path)
+    if reader is tiff_pages:
         return map(_page, tiff_pages.each_page(path))
-    if head.startswith(numpy_files.HEADS):
+    if reader is numpy_files:
         return _of_array(_array(path), f"frames in {path}")
-    if path.suffix.lower() in _STILL:
+    if reader is pillow_files:
         return map(_page, _still(path))
+    if reader is not None:
+        return map(_image, iter([path]))
     plugin = next((plugin for module, plugin in _VIDEO.items() if find_spec(module)), None)
     if plugin is None:
         raise ValueError(

@@ -10,7 +10,10 @@ from newtonjax.numerics import require_memory, shown
 
 # What is advised where a photograph is larger than the memory.
 SMALLER = "crop the photograph to its rings, or reduce its pixels (`magick photo.png -resize 50% small.png`)"
-_ALLOWED = "PNG, JPEG, TIFF, WebP, GIF, BMP, NumPy's .npy and .npz, camera raw"
+# The kinds of picture files, in the order in which they are asked: modules with the names of their formats, first bytes
+# and endings by which these are known, `layout` and `load`. What none of them knows, Pillow tries.
+_READERS = (raw_files, tiff_pages, numpy_files, pillow_files)
+ALLOWED = ", ".join(name for reader in reversed(_READERS) for name in reader.NAMES)
 
 
 class Picture(NamedTuple):
@@ -28,11 +31,11 @@ def load(path: str | Path, page: int | None = None) -> Picture:
     """
     path = Path(path)
     if not path.is_file():
-        raise FileNotFoundError(f"{path} is not a file; give the path of a photograph (PNG, JPEG, TIFF, WebP)")
+        raise FileNotFoundError(f"{path} is not a file; give the path of a photograph ({ALLOWED})")
     if path.stat().st_size == 0:
         raise ValueError(f"{path} is empty; give the path of a photograph")
     try:
-        reader = _reader_of(path)
+        reader = reader_of(path) or pillow_files
         (rows, columns), size, pages = reader.layout(path)
     except Exception as error:
         raise _unreadable(path, error) from error
@@ -50,13 +53,12 @@ def load(path: str | Path, page: int | None = None) -> Picture:
 def _unreadable(path: Path, error: Exception) -> ValueError:
     """What is said of a file that a decoder refuses: these raise whatever they like."""
     reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-    return ValueError(f"{path} cannot be read as an image ({reason}); allowed: {_ALLOWED}")
+    return ValueError(f"{path} cannot be read as an image ({reason}); allowed: {ALLOWED}")
 
 
-def _reader_of(path: Path) -> Any:
-    """The module that reads a file: what `layout` and `load` are called of."""
-    if path.suffix.lower() in raw_files.SUFFIXES:
-        return raw_files
+def reader_of(path: Path) -> Any:
+    """The module that reads a file: what `layout` and `load` are called of; None for one of no kind that is known."""
     with path.open("rb") as file:
         head = file.read(8)
-    return next((kind for kind in (tiff_pages, numpy_files) if head.startswith(kind.HEADS)), pillow_files)
+    suffix = path.suffix.lower()
+    return next((reader for reader in _READERS if head.startswith(reader.HEADS) or suffix in reader.SUFFIXES), None)

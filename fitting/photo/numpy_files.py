@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+NAMES, SUFFIXES = ("NumPy's .npy and .npz",), ()
 HEADS = (b"\x93NUMPY", b"PK\x03\x04")
 
 

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+NAMES, HEADS = ("PNG", "JPEG", "WebP", "GIF", "BMP"), ()
+SUFFIXES = (".gif", ".png", ".apng", ".webp", ".jpg", ".jpeg", ".bmp")
 # Formats whose further frames are pictures like the first; those of a JPEG are its own, smaller or for the other eye.
 _MOVING = ("GIF", "PNG", "WEBP", "TIFF")
 _ORIENTATION = 0x0112

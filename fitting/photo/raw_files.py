@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+NAMES, HEADS = ("camera raw",), ()
 # Names under which cameras keep what their sensors saw.
 SUFFIXES = (".arw", ".cr2", ".cr3", ".dng", ".nef", ".orf", ".pef", ".raf", ".raw", ".rw2")
 

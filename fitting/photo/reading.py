@@ -53,10 +53,6 @@ class Photograph:
         """Linear light of the rows from `start` up to `stop`, float32 [rows, columns]."""
         return self.codes.rows(start, stop)
 
-    def raised(self, exponent: float, transfer: str) -> "Photograph":
-        """The same photograph with its light raised to an exponent, and the name of how codes became light now."""
-        return replace(self, codes=self.codes.raised(exponent), transfer=transfer)
-
 
 def read(
     image: str | Path | np.ndarray,

@@ -9,6 +9,7 @@ import numpy as np
 
 from fitting.photo import pillow_files
 
+NAMES, SUFFIXES = ("TIFF",), ()
 HEADS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 # Values of TIFF tags (TIFF 6.0; Adobe's supplement 3): no compression; those of bytes that libtiff unpacks, LZW,
 # deflate twice, PackBits, LZMA and Zstandard; differences of samples, and of the bytes of floats.

@@ -22,7 +22,6 @@ from fitting.parameters import (
 from fitting.photo import thin
 from fitting.photograph.result import Parameter
 from fitting.reasons import Reason
-from newtonjax.numerics import Joined
 
 
 def measured(
@@ -68,7 +67,7 @@ def measured(
     }
     if known.unknown is None or gap is None:
         common |= _on_the_mean(fit, common, spread, units, moving)
-        missing = Joined(" and ", (name for name in EXPONENTS if name not in known.given))
+        missing = " and ".join(name for name in EXPONENTS if name not in known.given)
         return common | {"status": "no-scale", "message": Reason.NO_SCALE(missing=missing)}
     effects = {n: _effect(fit, known, n) * values[known.unknown] / values[n] for n, sd in known.sd.items() if sd}
     # A gap of index 1 is taken for one of air, and not for a measured one.

@@ -198,7 +198,7 @@ class FitResult(AbstractResult):
         if not self.per_percent:
             return []
         by_change = sorted(self.per_percent.items(), key=lambda row: -row[1])
-        unit, names = TABLE[self.measured].in_unit, " and ".join(name for name, _ in by_change)
+        unit, names = f" {TABLE[self.measured].unit}".rstrip(), " and ".join(name for name, _ in by_change)
         effects = (
             f"1 % of {name} is {100 * change / value:.3g} % of {self.measured}, {change:.2g}{unit}"
             for name, change in by_change

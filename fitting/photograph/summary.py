@@ -14,7 +14,6 @@ from fitting.photograph.selection import UNFITTED, Choice
 from fitting.photograph.task import Task
 from fitting.photograph.uncertainty import image_rows
 from fitting.reasons import Reason
-from newtonjax.numerics import Joined
 
 # Fringes finer than this [cycles per pixel] are near the camera's limit of a half.
 _NYQUIST = 0.42
@@ -80,7 +79,7 @@ def _warnings(choice: Choice, inflation: float, given: Quantities) -> list[str]:
         warnings.append(Reason.CORRELATED_RESIDUALS(inflation=inflation))
     missing = [name for name in ("pixel_size", "wavelength") if name in given.given and name not in given.sd]
     if given.unknown and missing:
-        warnings.append(Reason.TREATED_AS_EXACT(names=Joined(" and ", missing)))
+        warnings.append(Reason.TREATED_AS_EXACT(names=" and ".join(missing)))
     warnings += [
         Reason.PART_NOT_FITTED(part=part, why=why) for part, why in choice.evidence.items() if why.startswith(UNFITTED)
     ]

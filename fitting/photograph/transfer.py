@@ -1,5 +1,7 @@
 """Whether the codes follow the light: the fringes' second harmonic, and the exponent that takes it away."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 
@@ -50,7 +52,8 @@ def linearized(photograph: Photograph, fit: Fitted) -> Photograph | None:
     exponent = float(_EXPONENTS[at] * np.exp(step * np.clip(0.5 * (a - c) / bend if bend > 0 else 0.0, -1, 1)))
     if left(exponent) > 0.98 * left(1.0):
         return None
-    return photograph.raised(exponent, f"{photograph.transfer}, then exponent {exponent:.3g} (fitted)")
+    transfer = f"{photograph.transfer}, then exponent {exponent:.3g} (fitted)"
+    return replace(photograph, codes=photograph.codes.raised(exponent), transfer=transfer)
 
 
 def _weights_at(fit: Fitted, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:

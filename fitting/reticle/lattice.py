@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting.parameters import absolute_sd, number, rounded, says_its_origin
+from fitting.parameters import Progress, absolute_sd, number, progress_of, rounded, says_its_origin
 from fitting.photo import Photograph, flatten, read
 from fitting.reasons import Reason
 from fitting.reticle.grid import Grid
@@ -35,6 +35,7 @@ def scale(
     transfer: str | float | None = None,
     mask: str | Path | np.ndarray | None = None,
     page: int | None = None,
+    progress: Progress = None,
 ) -> Scale:
     """The pixel size on the object from a photograph of a square grid of lines, at any angle.
 
@@ -47,6 +48,7 @@ def scale(
       image: a file, or an array as in `fitting.fit`.
       division, division_sd: distance of two lines, and its standard deviation [m], or "0.1%".
       transfer, mask, page: as in `fitting.fit`.
+      progress: True for a bar on the terminal, or a function of (fits of the grid made, their number).
 
     A photograph without a grid comes back refused. Raises ValueError and FileNotFoundError for input that is none.
 
@@ -55,10 +57,11 @@ def scale(
         raise ValueError(f"division is {division}; allowed: 1e-9 to 1 m")
     sd = absolute_sd("division", division_sd, division) or 0.0
     photograph = read(image, transfer, mask, page)
-    return _measured(photograph, float(division), sd)
+    with progress_of(progress, "measuring the grid") as done:
+        return _measured(photograph, float(division), sd, done)
 
 
-def _measured(photograph: Photograph, division: float, division_sd: float) -> Scale:
+def _measured(photograph: Photograph, division: float, division_sd: float, done: Callable[[int, int], object]) -> Scale:
     if photograph.mask.sum() < 1024:
         return Scale("refused", Reason.TOO_FEW_PIXELS_OF_GRID(pixels=int(photograph.lit.sum())))
     fringes = flatten(photograph.image, photograph.lit)
@@ -66,7 +69,8 @@ def _measured(photograph: Photograph, division: float, division_sd: float) -> Sc
     if grid is None:
         return Scale("refused", Reason.NO_GRID(), photograph=photograph)
     phases: list[Phases] = []
-    for _ in range(_ROUNDS):
+    for fit_number in range(_ROUNDS):
+        done(fit_number, _ROUNDS + _PARTS**2)
         phases = [demodulated(fringes, photograph.lit, grid, direction) for direction in (0, 1)]
         coherence = min(of_direction.coherence for of_direction in phases)
         longest = 1 / min(lines.frequency for lines in grid.directions)
@@ -75,7 +79,8 @@ def _measured(photograph: Photograph, division: float, division_sd: float) -> Sc
             reason = Reason.NO_GRID_COHERENCE(coherence=coherence, least=least)
             return Scale("refused", reason, photograph=photograph)
         grid = fit_grid(phases, grid, photograph.image.shape)
-    return _checked(_answer(grid, phases, photograph, division, division_sd))
+    partial = _jackknife(grid, phases, photograph.image.shape, done)
+    return _checked(_answer(grid, partial, phases, photograph, division, division_sd))
 
 
 def _checked(answer: Scale) -> Scale:
@@ -90,7 +95,9 @@ def _checked(answer: Scale) -> Scale:
     return answer
 
 
-def _jackknife(grid: Grid, phases: list[Phases], shape: tuple[int, int]) -> list[Grid]:
+def _jackknife(
+    grid: Grid, phases: list[Phases], shape: tuple[int, int], done: Callable[[int, int], object]
+) -> list[Grid]:
     """The grid from the field without each of its parts in turn, where that leaves most of the places but not all."""
 
     def without(part: int) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
@@ -105,6 +112,7 @@ def _jackknife(grid: Grid, phases: list[Phases], shape: tuple[int, int]) -> list
         counts = [(int(select(p.x, p.y).sum()), len(p.x)) for p in phases]
         if all(0.5 * total < count < total for count, total in counts):
             grids.append(fit_grid(phases, grid, shape, select))
+        done(_ROUNDS + part + 1, _ROUNDS + _PARTS**2)
     return grids
 
 
@@ -114,9 +122,16 @@ def _jackknife_sd(estimates: list[float]) -> float:
     return float(np.sqrt((n - 1) / n * ((values - values.mean()) ** 2).sum())) if n > 1 else float("nan")
 
 
-def _answer(grid: Grid, phases: list[Phases], photograph: Photograph, division: float, division_sd: float) -> Scale:
+def _answer(
+    grid: Grid,
+    partial: list[Grid],
+    phases: list[Phases],
+    photograph: Photograph,
+    division: float,
+    division_sd: float,
+) -> Scale:
+    """The scale of a grid; `partial`: the grid from all parts of the field but one."""
     shape = photograph.image.shape
-    partial = _jackknife(grid, phases, shape)
     size = grid.pixel * division
     spread = _jackknife_sd([part.pixel for part in partial]) * division
     side_sds = [_jackknife_sd([part.sides[axis] for part in partial]) * division for axis in (0, 1)]

@@ -2,11 +2,10 @@
 
 import inspect
 from collections.abc import Callable
-from functools import wraps
 from typing import Annotated, Any
 
 from fitting.shell import lamps, quantities
-from fitting.shell.options import option
+from fitting.shell.options import expanded, option, parameter_of
 from newtonjax.benches import ARGUMENTS, Argument
 
 # What only the shell reads, after the help of a kind.
@@ -30,31 +29,14 @@ def arguments_of_scene(scene: str) -> tuple[str, ...]:
 
 
 def with_bench_options(verb: Callable[..., int]) -> Callable[..., int]:
-    """The verb with an option for every bench argument where it has the parameter `bench`: a mapping of what was given.
-
-    An option is None, and not in the mapping, where it is not given.
-    """
-
-    @wraps(verb)
-    def with_options(**options: Any) -> int:
-        values = {name: options.pop(name) for name in _OFFERED}
-        return verb(bench={name: value for name, value in values.items() if value is not None}, **options)
-
-    parameters = []
-    for parameter in inspect.signature(verb).parameters.values():
-        parameters += map(_parameter, _OFFERED.values()) if parameter.name == "bench" else [parameter]
-    vars(with_options).update(
-        __signature__=inspect.Signature(parameters, return_annotation=int),
-        __annotations__={parameter.name: parameter.annotation for parameter in parameters} | {"return": int},
-    )
-    return with_options
+    """The verb with an option for every argument of a bench."""
+    return expanded(verb, "shape", [_parameter(argument) for argument in _OFFERED.values()])
 
 
 def _parameter(argument: Argument) -> inspect.Parameter:
     what = argument.help + _ALSO.get(argument.kind, "")
     read = option(_reader(argument), _METAVARS[argument.kind], what, argument.shown)
-    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
-    return inspect.Parameter(argument.name, kind, default=None, annotation=Annotated[Any, read])
+    return parameter_of(argument.name, Annotated[Any, read])
 
 
 def _reader(argument: Argument) -> Callable[[str], Any]:
@@ -66,8 +48,8 @@ def _reader(argument: Argument) -> Callable[[str], Any]:
         "screen": _screen,
         "angle": quantities.angle,
         "angles": _angles,
-        "index": _number,
-        "fraction": _number,
+        "index": quantities.number,
+        "fraction": quantities.number,
         "names": lambda text: tuple(text.split(",")),
     }
     return readers[argument.kind]
@@ -82,13 +64,6 @@ def _angles(text: str) -> tuple[float, float]:
     if len(texts) != 2:
         raise ValueError(f"{text!r}; give two angles, about x and about y, such as 1mrad,0deg")
     return quantities.angle(texts[0]), quantities.angle(texts[1])
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise ValueError(f"{text!r} is not a number; give one without a unit, such as 1.5") from None
 
 
 # By name; a view is the scene's name.

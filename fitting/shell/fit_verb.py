@@ -3,8 +3,10 @@
 import shlex
 import sys
 import tomllib
+from collections.abc import Mapping
 from importlib.resources import as_file, files
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import fitting
@@ -27,7 +29,7 @@ class FitOptions(NamedTuple):
     scene: Path | None = None
     transfer: float | str | None = None
     scale_from: Path | None = None
-    contact: bool | None = None
+    parts: Mapping[str, bool] = MappingProxyType({})
     mask: Path | None = None
     mcmc: bool = False
     plate_radius: float | None = None
@@ -132,8 +134,8 @@ def _arguments(options: FitOptions) -> dict:
             arguments[name] = getattr(options, name)
     if options.mask is not None:
         arguments["mask"] = options.mask
-    if options.contact is not None:
-        arguments["parts"] = {"contact": options.contact}
+    if options.parts:
+        arguments["parts"] = dict(options.parts)
     if options.scale_from is not None:
         del arguments["pixel_size"]
         arguments["scale"] = options.scale_from

@@ -1,11 +1,13 @@
 """The options of the command: what each reads, and what its help says."""
 
+import inspect
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
 
+from fitting.parameters import PART_OPTIONS
 from fitting.shell import lamps, quantities
 
 
@@ -24,16 +26,32 @@ def option(parse: Callable[[str], Any], metavar: str, what: str, default: str = 
     return typer.Option(parser=read, metavar=metavar, help=what, show_default=default or False)
 
 
-def one_by_one(arguments: list[str]) -> list[str]:
-    """`--vary a=1 b=2` as `--vary a=1 --vary b=2`: of the options that take NAME=VALUE."""
-    separated, option = [], ""
-    for argument in arguments:
-        if argument.startswith("-"):
-            option = argument if argument in ("--vary", "--sd", "--choose") else ""
-        elif option and "=" in argument and separated[-1] != option:
-            separated.append(option)
-        separated.append(argument)
-    return separated
+def expanded(verb: Callable[..., int], before: str, options: list[inspect.Parameter]) -> Callable[..., int]:
+    """The verb, which takes any keywords, with options for some, in its help before one of its parameters."""
+    parameters = []
+    for parameter in inspect.signature(verb).parameters.values():
+        parameters += options if parameter.name == before else []
+        parameters += [parameter] if parameter.kind is not inspect.Parameter.VAR_KEYWORD else []
+    vars(verb).update(
+        __signature__=inspect.Signature(parameters, return_annotation=int),
+        __annotations__={parameter.name: parameter.annotation for parameter in parameters} | {"return": int},
+    )
+    return verb
+
+
+def parameter_of(name: str, annotation: Any) -> inspect.Parameter:
+    """A parameter that is an option, None where it is not given."""
+    return inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD, default=None, annotation=annotation)
+
+
+def with_part_options(verb: Callable[..., int]) -> Callable[..., int]:
+    """The verb with `--NAME/--no-NAME` for every part of the rings' model."""
+    options = []
+    for name, what in PART_OPTIONS.items():
+        flag = name.replace("_", "-")
+        switch = typer.Option(f"--{flag}/--no-{flag}", help=what, show_default="if the image has it")
+        options.append(parameter_of(name, Annotated[bool | None, switch]))
+    return expanded(verb, "plate_radius", options)
 
 
 def own_columns(texts: list[str]) -> dict[str, str]:
@@ -66,14 +84,23 @@ def _shape(text: str) -> tuple[int, int]:
     return int(rows), int(columns)
 
 
-Shape = Annotated[Any, option(_shape, "ROWSxCOLUMNS", "Pixels of the image.", "1024x1024")]
+def _bits(text: str) -> int:
+    if text not in ("8", "16"):
+        raise ValueError(f"{text!r}; give 8 or 16")
+    return int(text)
+
+
+Shape = Annotated[Any, option(_shape, "ROWSxCOLUMNS", "Pixels of the image.", "those of the file, or 1024x1024")]
+Bits = Annotated[Any, option(_bits, "8|16", "Bits of a pixel's value: 16, linear, or 8, sRGB.", "16")]
 Wave = Annotated[Any, option(lamps.wavelength, "LENGTH|LINE", "Vacuum wavelength, or a line such as sodium.")]
 Pixel = Annotated[
     float | None, option(quantities.positive_length, "LENGTH", "Size of a pixel at the object, in the gap.")
 ]
 ScreenPixel = Annotated[
     float | None,
-    option(quantities.positive_length, "LENGTH", "Distance of pixel centres on the screen.", "5um"),
+    option(
+        quantities.positive_length, "LENGTH", "Distance of pixel centres on the screen.", "that of the file, or 5um"
+    ),
 ]
 PixelSd = Annotated[Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of the pixel size.")]
 WaveSd = Annotated[Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of the wavelength.")]
@@ -91,12 +118,6 @@ Transfer = Annotated[
 ]
 ScaleFrom = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Pixel size and distortion, from the JSON of `newtonjax scale`.")
-]
-Contact = Annotated[
-    bool | None,
-    typer.Option(
-        "--contact/--no-contact", help="A lens pressed flat on the plate.", show_default="if the image has it"
-    ),
 ]
 PlateRadius = Annotated[
     float | None,

@@ -3,6 +3,7 @@
 import functools
 import math
 import re
+from collections.abc import Callable
 
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 _UNIT = re.compile(r"[^\W\d_]+|°")
@@ -56,16 +57,38 @@ def positive_length(text: str) -> float:
     return value
 
 
+def number(text: str) -> float:
+    """A number without a unit. Raises ValueError for what is none."""
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(f"{text!r} is not a number; give one without a unit, such as 1.5") from None
+
+
 def length_sd(text: str) -> float | str:
     """Metres of a standard deviation of a length, or the text of a percentage; errors as in `length`."""
+    return _sd(text, length, f"in {_EXAMPLES['length']}")
+
+
+def angle_sd(text: str) -> float | str:
+    """Radians of a standard deviation of an angle, or the text of a percentage; errors as in `length`."""
+    return _sd(text, angle, f"in {_EXAMPLES['angle']}")
+
+
+def number_sd(text: str) -> float | str:
+    """A standard deviation of a number without a unit, or the text of a percentage; errors as in `number`."""
+    return _sd(text, number, "as in 0.001")
+
+
+def _sd(text: str, read: Callable[[str], float], example: str) -> float | str:
     if text.strip().endswith("%"):
         match = _NUMBER.fullmatch(text.strip())
         if not match or match[2] != "%" or not 0 <= float(match[1]) < math.inf:
             raise ValueError(f"{text!r} is no percentage; give zero or more, as in 0.1%")
         return text.strip()
-    value = length(text)
-    if value < 0:
-        raise ValueError(f"{text!r} is negative; give zero or more, in {_EXAMPLES['length']}, or as in 0.1%")
+    value = read(text)
+    if not 0 <= value < math.inf:
+        raise ValueError(f"{text!r} is negative or no number; give zero or more, {example}, or as in 0.1%")
     return value
 
 
@@ -74,13 +97,13 @@ def _si(text: str, kind: str) -> float:
     match = _NUMBER.fullmatch(text.strip())
     if not match:
         raise ValueError(f"{text!r} is no {kind}; give a number and a unit: {offered}")
-    number, unit = match.groups()
+    digits, unit = match.groups()
     if not unit:
         raise ValueError(f"{text!r} has no unit; give one of {offered}")
     factor = _factor(unit, kind)
     if factor is None:
         raise ValueError(f"{text!r}: {unit!r} is no unit of {kind}; give one of {offered}")
-    value = float(number) * factor
+    value = float(digits) * factor
     if not math.isfinite(value):
         raise ValueError(f"{text!r} is too large; give a finite {kind}")
     return value

@@ -7,8 +7,11 @@ of a number by itself, and total, with what it does together with others (estima
 zero), and what two errors do together.
 """
 
-from collections.abc import Callable, Sequence
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -35,6 +38,7 @@ from fitting.studies.sensitivities import sensitivity
 from fitting.studies.spread_result import Share, Spread
 from newtonjax import __version__
 from newtonjax.benches import scene_text
+from newtonjax.methods import Chebyshev
 from newtonjax.numerics import require_whole, shown
 from newtonjax.scene import Camera, Scene
 
@@ -73,86 +77,86 @@ def spread(
     of another study; NotConvergedError, a ValueError, where a fit does not converge, with the numbers given to it.
 
     """
-    every_knob = knobs(scene, camera)
-    require_whole("seed", seed, 0, 2**32 - 1)
-    free = target_first(every_knob, target, free)
-    target, *beside = free
-    sds = _checked_sds(every_knob, sd, free, draws)
-    slopes_of_fit = sensitivity(scene, camera, target=target, free=free, noise=noise)
+    study = _Study(locals())
+    target, knob = study.target, study.knobs[study.target]
+    slopes_of_fit = sensitivity(scene, camera, target=target, free=study.free, noise=noise)
     slopes = {part.name: part.slope for part in slopes_of_fit.neglected}
-    rows = _rows(every_knob, sds, draws, seed)
-    # Image and model on the same nodes: what these leave out cancels.
-    method = fine_nodes(scene, camera, 1e-6, 5)
-    file = None
-    if path is not None:
-        study = _study(scene, camera, sds, f"{', '.join(free)}; noise {noise}; {method}; {draws} draws of seed {seed}")
-        file = _draws_file(Path(path), every_knob, sds, rows, target, study)
-    fits = _BatchedFits(scene, camera, tuple(sds), free, noise, method.nodes)
+    file = None if study.path is None else study.file(study.path)
+    fits = _BatchedFits(scene, camera, tuple(study.sds), study.free, noise, study.method.nodes)
     with progress_of(progress, "fitting") as done:
-        targets = _run_batches(fits, rows, file, done)
-    value = every_knob[target].value
+        targets = _run_batches(fits, study.rows, file, done)
     shares = _shares(targets.reshape(-1, draws), seed)
     parts = [
-        Share(name, every_knob[name].unit, size, abs(slopes[name]) * size, *share)
-        for (name, size), share in zip(sds.items(), shares, strict=True)
+        Share(name, study.knobs[name].unit, size, abs(slopes[name]) * size, *share)
+        for (name, size), share in zip(study.sds.items(), shares, strict=True)
     ]
     warnings = []
     if any(high - low > 1 for share in parts for low, high in (share.first_range, share.total_range)):
         warnings.append(Reason.VARIANCE_NOT_RESOLVED())
     return Spread(
         target,
-        every_knob[target].unit,
-        value,
-        tuple(beside),
+        knob.unit,
+        knob.value,
+        study.free[1:],
         float(np.std(targets[: 2 * draws], ddof=1)),
-        float(np.mean(targets[: 2 * draws]) - value),
+        float(np.mean(targets[: 2 * draws]) - knob.value),
         float(np.linalg.norm([part.slope_sd for part in parts])),
         tuple(sorted(parts, key=lambda part: -part.total)),
-        dict(zip(sds, rows.T, strict=True)),
+        dict(zip(study.sds, study.rows.T, strict=True)),
         targets,
         seed,
         warnings=warnings,
     )
 
 
-def check_spread(
-    scene: Scene,
-    camera: Camera,
-    sd: Deviations,
-    *,
-    target: str | None = None,
-    free: Sequence[str] | None = None,
-    draws: int = 128,
-    path: str | Path | None = None,
-) -> None:
-    """Raise ValueError, before the work starts, where `spread` would for its numbers, or for the file that is there."""
-    every_knob = knobs(scene, camera)
-    free = target_first(every_knob, target, free)
-    target, *_ = free
-    sds = _checked_sds(every_knob, sd, free, draws)
-    if path is not None and Path(path).exists():
-        method = fine_nodes(scene, camera, 1e-6, 5)
-        study = _study(scene, camera, sds, f"{', '.join(free)}; noise None; {method}; {draws} draws of seed 0")
-        _draws_file(Path(path), every_knob, sds, _rows(every_knob, sds, draws, 0), target, study)
+def check_spread(*args: Any, **kwargs: Any) -> None:
+    """Raise ValueError, before the work starts, where `spread` would for its numbers, or for the file that is there.
+
+    The arguments are those of `spread`.
+    """
+    bound = inspect.signature(spread).bind(*args, **kwargs)
+    bound.apply_defaults()
+    study = _Study(bound.arguments)
+    if study.path is not None and study.path.exists():
+        study.file(study.path)
 
 
-def _rows(every_knob: dict[str, Knob], sds: dict[str, float], draws: int, seed: int) -> np.ndarray:
-    """The given numbers of every fit [fits, numbers]."""
-    centre = np.array([every_knob[name].value for name in sds])
-    return centre + np.array(list(sds.values())) * _unit_rows(len(sds), draws, seed)
+class _Study:
+    """What the arguments of `spread`, by name, ask for: checked, with the given numbers of every fit.
 
+    Raises ValueError as `spread` does.
+    """
 
-def _study(scene: Scene, camera: Camera, sds: dict[str, float], fit: str) -> dict[str, str]:
-    """What says in a file which study its draws are of."""
-    given = ", ".join(f"{name} {size!r}" for name, size in sds.items())
-    return {"scene": scene_text(scene, camera), "known": given, "fit": f"{fit}; newtonjax {__version__}"}
+    def __init__(self, arguments: Mapping[str, Any]):
+        self.scene, self.camera, self.noise = (arguments[name] for name in ("scene", "camera", "noise"))
+        self.draws, self.seed = arguments["draws"], arguments["seed"]
+        self.path = None if arguments["path"] is None else Path(arguments["path"])
+        self.knobs: dict[str, Knob] = knobs(self.scene, self.camera)
+        require_whole("seed", self.seed, 0, 2**32 - 1)
+        self.free = target_first(self.knobs, arguments["target"], arguments["free"])
+        self.target = self.free[0]
+        self.sds = _checked_sds(self.knobs, arguments["sd"], self.free, self.draws)
 
+    @cached_property
+    def rows(self) -> Float[np.ndarray, "fits numbers"]:
+        """The given numbers of every fit."""
+        centre = np.array([self.knobs[name].value for name in self.sds])
+        return centre + np.array(list(self.sds.values())) * _unit_rows(len(self.sds), self.draws, self.seed)
 
-def _draws_file(
-    path: Path, every_knob: dict[str, Knob], sds: dict[str, float], rows: np.ndarray, target: str, study: dict[str, str]
-) -> DrawsFile:
-    units = {name: every_knob[name].unit for name in (*sds, target)}
-    return DrawsFile(path, dict(zip(sds, rows.T, strict=True)), target, units, study)
+    @cached_property
+    def method(self) -> Chebyshev:
+        """Of image and model, on the same nodes: what these leave out cancels."""
+        return fine_nodes(self.scene, self.camera, 1e-6, 5)
+
+    def file(self, path: Path) -> DrawsFile:
+        """The file of its draws. Raises ValueError for one that holds draws of another study."""
+        known = ", ".join(f"{name} {size!r}" for name, size in self.sds.items())
+        draws = f"{self.draws} draws of seed {self.seed}"
+        fit = f"{', '.join(self.free)}; noise {self.noise}; {self.method}; {draws}; newtonjax {__version__}"
+        study = {"scene": scene_text(self.scene, self.camera), "known": known, "fit": fit}
+        units = {name: self.knobs[name].unit for name in (*self.sds, self.target)}
+        columns = dict(zip(self.sds, self.rows.T, strict=True))
+        return DrawsFile(path, columns, self.target, units, study)
 
 
 def _checked_sds(every_knob: dict[str, Knob], sd: Deviations, free: tuple[str, ...], draws: int) -> dict[str, float]:

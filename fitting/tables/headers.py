@@ -5,8 +5,10 @@ from collections.abc import Iterable
 
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
 UNITS = (*METRES, "px")
-# In the order of preference of sizes.
-SIZES = ("left", "diameter", "radius", "right")
+# Kinds of sizes in their order of preference: the ring's radius over what such a column holds. "left" holds the
+# distance to "right", its partner.
+RADIUS_OVER = {"left": 0.5, "diameter": 0.5, "radius": 1.0}
+SIZES = (*RADIUS_OVER, "right")
 NAMES = ("order", "series", *(f"{kind}_{unit}" for kind in (*SIZES, "sd", "position") for unit in UNITS))
 UNIT_WORDS = {unit: unit for unit in UNITS} | {
     "metre": "m", "meter": "m", "metres": "m", "meters": "m",

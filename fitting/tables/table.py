@@ -15,8 +15,6 @@ from fitting.tables.division import division, rounding_sd
 from fitting.tables.spellings import in_usual_names
 from newtonjax.numerics import shown
 
-# A ring's radius over what a column of that kind holds; "left" is the difference to "right".
-_FACTORS = {"left": 0.5, "diameter": 0.5, "radius": 1.0}
 # Two columns of the same ring's size may differ by this share before it is worth a word.
 _AGREE = 0.02
 # Radii [m, px] and orders beyond which nothing was meant.
@@ -101,7 +99,7 @@ def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] |
     column = " and ".join(_columns_of(name))
     column_unit = "px" if unit == "px" else "m"
     step = division([cells[part] for part in _columns_of(name)], used)
-    rounding = rounding_sd(step, kind, _FACTORS[kind]) * _in_metres(unit)
+    rounding = rounding_sd(step, kind, headers.RADIUS_OVER[kind]) * _in_metres(unit)
     return Readings(
         order[used], radius[used], sd, column_unit, column, unit, series, series_names, rounding, f"{step:g} {unit}",
         warnings,
@@ -157,7 +155,7 @@ def _named(
 
 def _size_columns(cells: Mapping[str, Sequence], named: set, table_headers: Iterable[str]) -> list[str]:
     """Columns of ring sizes, the one to use first. Raises ValueError where there is none."""
-    names = [f"{kind}_{unit}" for kind in _FACTORS for unit in headers.UNITS]
+    names = [f"{kind}_{unit}" for kind in headers.RADIUS_OVER for unit in headers.UNITS]
     names = [name for name in names if all(part in cells for part in _columns_of(name))]
     # What the user names is what is meant.
     names.sort(key=lambda name: not any(part in named for part in _columns_of(name)))
@@ -190,7 +188,7 @@ def _columns_of(name: str) -> tuple[str, ...]:
 def _radius(sizes: Mapping[str, np.ndarray], name: str) -> np.ndarray:
     parts = [sizes[part] for part in _columns_of(name)]
     size = np.abs(parts[0] - parts[1]) if len(parts) == 2 else parts[0]
-    return size * _FACTORS[name.split("_")[0]]
+    return size * headers.RADIUS_OVER[name.split("_")[0]]
 
 
 def _check_sizes(order: np.ndarray, radius: np.ndarray, name: str) -> None:
@@ -226,7 +224,7 @@ def _deviation(stated: np.ndarray, name: str, kind: str, unit: str) -> np.ndarra
         raise ValueError(f"{name} holds {stated.max():g}; allowed: {_SMALLEST_SD:g} to {_LARGEST_RADIUS:g}")
     stated_unit = name.split("_")[-1]
     metres = _in_metres(stated_unit if stated_unit in headers.UNITS else unit)
-    return stated * metres * _FACTORS[kind] * (math.sqrt(2) if kind == "left" else 1)
+    return stated * metres * headers.RADIUS_OVER[kind] * (math.sqrt(2) if kind == "left" else 1)
 
 
 def _series(cells: Mapping[str, Sequence], used: np.ndarray) -> tuple[np.ndarray | None, tuple[str, ...]]:

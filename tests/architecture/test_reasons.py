@@ -61,7 +61,7 @@ def test_no_sentence_of_a_result_is_put_together_in_place():
 
 @pytest.fixture(scope="module")
 def refused():
-    return fitting.fit(np.full((64, 64), 7, np.uint8), wavelength=589.3e-9, pixel_size=1e-5)
+    return fitting.fit(np.full((64, 64), 7, np.uint16), wavelength=589.3e-9, pixel_size=1e-5)
 
 
 def test_a_result_names_its_reason_and_its_warnings(refused, tmp_path):

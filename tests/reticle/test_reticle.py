@@ -138,3 +138,9 @@ def test_a_file_without_a_pixel_size_or_a_second_pixel_size_is_refused(tmp_path,
     message = refusal(capsys, "fit", tmp_path / "rings.png", "--scale-from", scale, "--pixel-size", "1um")
     assert "both give the pixel size" in message
     assert "holds no pixel_size_m" in refusal(capsys, "fit", tmp_path / "rings.png", "--scale-from", scale)
+
+
+def test_progress_counts_the_fits_of_a_grid():
+    steps = []
+    fitting.scale(grid(), division=1e-4, progress=lambda *step: steps.append(step))
+    assert steps == [(done, 19) for done in (*range(3), *range(4, 20))]

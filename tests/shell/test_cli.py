@@ -41,7 +41,7 @@ KEYS = [
         (("fit", "none.png", "--view", "sideways"), "sideways"),
         (("fit", "none.png", "--scale-from", "none.json"), "none.png is not a file"),
         (("fit", __file__, "--scale-from", "none.json"), "none.json is not a file"),
-        (("fit", __file__, "--scale-from", __file__), "holds no pixel_size_m"),
+        (("fit", __file__, "--scale-from", __file__), "is no JSON"),
         (("fit", __file__, "--mask", "none.png"), "give the path of a mask"),
         (("scale", "none.png"), "--division"),
         (("scale", "none.png", "--division", "0.2mm"), "none.png is not a file"),
@@ -296,3 +296,29 @@ def test_straight_fringes_are_refused_with_three(shared, capsys):
     assert (answer["status"], answer["radius_m"]) == ("refused", None)
     assert "straight" in printed.err
     assert printed.err.count("\n") == 1
+
+
+def test_every_part_of_the_model_has_an_option_and_only_those_given_are_wishes(tmp_path, monkeypatch):
+    from fitting.model import PARTS
+    from fitting.parameters import PART_OPTIONS
+    from fitting.shell import fit_verb
+
+    asked = []
+    monkeypatch.setattr(fit_verb, "run", lambda _photo, options, _: asked.append(options.parts) or 0)
+    assert set(PART_OPTIONS) == set(PARTS)
+    assert main(["fit", str(tmp_path / "rings.png"), "--no-oblique-view", "--contact"]) == 0
+    assert main(["fit", str(tmp_path / "rings.png")]) == 0
+    assert asked == [{"oblique_view": False, "contact": True}, {}]
+
+
+def test_standard_deviations_of_index_and_angle_may_be_percentages(tmp_path, capsys):
+    table = tmp_path / "rings.csv"
+    table.write_text("order,radius_mm\n1,1.0\n2,1.4142\n3,1.7321\n4,2.0\n5,2.2361\n")
+    given = ["rings", str(table), "--wavelength", "589.3nm", "--view-angle", "20deg", "--json", "-"]
+    budgets = []
+    for sds in (("1%", "1%"), ("0.01", "0.2deg")):
+        assert main([*given, "--gap-index-sd", sds[0], "--view-angle-sd", sds[1]]) == 0
+        budgets.append({row["source"]: row["sd_m"] for row in json.loads(capsys.readouterr().out)["budget"]})
+    assert budgets[0] == pytest.approx(budgets[1], rel=1e-12)
+    assert budgets[0]["gap_index"] > 0
+    assert budgets[0]["view_angle"] > 0

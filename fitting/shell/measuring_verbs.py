@@ -1,0 +1,169 @@
+"""The verbs that measure: `fit`, `scale`, `rings`. What is heavy is imported inside them."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from fitting.shell import quantities
+from fitting.shell.options import (
+    Force,
+    Json,
+    MaskImage,
+    OutputDir,
+    Page,
+    Pixel,
+    PixelSd,
+    PlateRadius,
+    PlateSd,
+    ScaleFrom,
+    Transfer,
+    View,
+    Wave,
+    WaveSd,
+    option,
+    own_columns,
+    with_part_options,
+)
+
+
+@with_part_options
+def fit(
+    photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Photograph of rings.")],
+    wavelength: Wave = None,
+    pixel_size: Pixel = None,
+    pixel_size_sd: PixelSd = None,
+    wavelength_sd: WaveSd = None,
+    radius: Annotated[
+        float | None,
+        option(
+            quantities.positive_length, "LENGTH", "Known radius; then the wavelength or the pixel size is measured."
+        ),
+    ] = None,
+    view: View = None,
+    scene: Annotated[
+        Path | None, typer.Option(metavar="SCENE.toml", help="Scene to trace instead of the gap formula.")
+    ] = None,
+    transfer: Transfer = None,
+    scale_from: ScaleFrom = None,
+    plate_radius: PlateRadius = None,
+    plate_radius_sd: PlateSd = None,
+    mask: MaskImage = None,
+    page: Page = None,
+    mcmc: Annotated[bool, typer.Option("--mcmc", help="Also draw from the posterior (emcee).")] = False,
+    json: Json = None,
+    output_dir: OutputDir = None,
+    force: Force = False,
+    **parts: bool | None,
+) -> int:
+    """Measure the lens radius from a photograph of rings, with its standard deviation and where that comes from.
+
+    Two of wavelength, pixel size and radius give the third. Without a pixel size the answer is the fringe scale.
+    The fit adds an oblique view, a camera distortion and a flattened contact to the model if the image shows evidence
+    for them.
+    """
+    from fitting.shell import fit_verb
+    from fitting.shell.answer import Outputs
+
+    named = {name: is_there for name, is_there in parts.items() if is_there is not None}
+    options = fit_verb.FitOptions(
+        wavelength, pixel_size, wavelength_sd, pixel_size_sd, radius, view, scene, transfer, scale_from, named, mask,
+        mcmc, plate_radius, plate_radius_sd, page,
+    )  # fmt: skip
+    return fit_verb.run(photo, options, Outputs(json, output_dir, force))
+
+
+def scale(
+    reticle: Annotated[Path, typer.Argument(metavar="RETICLE", help="Photograph of a ruled grid, at any angle.")],
+    division: Annotated[float, option(quantities.positive_length, "LENGTH", "Distance of two lines of the grid.")],
+    division_sd: Annotated[
+        Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of that distance.")
+    ] = None,
+    transfer: Transfer = None,
+    page: Page = None,
+    json: Json = None,
+    output_dir: OutputDir = None,
+    force: Force = False,
+) -> int:
+    """Measure the pixel size on the object from a photograph of a ruled grid, with its standard deviation.
+
+    The JSON that it writes is what `newtonjax fit --scale-from` reads.
+    """
+    from fitting.shell import scale_verb
+    from fitting.shell.answer import Outputs
+
+    options = {"division": division, "division_sd": division_sd, "transfer": transfer, "page": page}
+    return scale_verb.run(reticle, options, Outputs(json, output_dir, force))
+
+
+def rings(
+    table: Annotated[Path, typer.Argument(metavar="TABLE.csv", help="Ring readings: a header and one row a reading.")],
+    wavelength: Wave = None,
+    wavelength_sd: WaveSd = None,
+    pixel_size: Pixel = None,
+    pixel_size_sd: PixelSd = None,
+    radius: Annotated[
+        float | None, option(quantities.positive_length, "LENGTH", "A known radius: then the wavelength comes out.")
+    ] = None,
+    radius_sd: Annotated[
+        Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of the known radius.")
+    ] = None,
+    view: View = None,
+    bright: Annotated[bool, typer.Option("--bright", help="The readings are of bright rings.")] = False,
+    view_angle: Annotated[
+        float | None, option(quantities.angle, "ANGLE", "Angle of view against the normal.", "0deg")
+    ] = None,
+    view_angle_sd: Annotated[
+        Any, option(quantities.angle_sd, "ANGLE|PERCENT", "Standard deviation of the angle of view.")
+    ] = None,
+    gap_index: Annotated[float, typer.Option(help="Refractive index of what fills the gap.")] = 1.0,
+    gap_index_sd: Annotated[
+        Any, option(quantities.number_sd, "NUMBER|PERCENT", "Standard deviation of the gap's index.")
+    ] = None,
+    expected_radius: Annotated[
+        float | None,
+        option(
+            quantities.positive_length, "LENGTH", "Rough radius: warns where diameters, radii or units look swapped."
+        ),
+    ] = None,
+    column: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=COLUMN", help="The table's own name of a column; may be repeated.")
+    ] = None,
+    json: Json = None,
+    output_dir: OutputDir = None,
+    force: Force = False,
+) -> int:
+    """Measure the lens radius from a table of ring readings: the slope of r² against order.
+
+    Columns: order; left_mm with right_mm, or diameter_mm, or radius_mm, the first
+    that is there (also um, cm, m, px; "diameter (mm)" and "diameter, mm" are the
+    same); sd_mm (or sigma, error) of that reading, if stated; series, if several.
+    With --radius instead of --wavelength the wavelength is measured.
+
+    Ring 1 is the first dark ring outside of the centre: in contact r² = m λ R
+    reflected, (2m - 1) λ R / 2 transmitted. With --bright it is the first bright
+    one, and the formulas change places. The first order need not be right: only
+    steps from ring to ring count. Readings off the line and orders that were
+    miscounted are flagged; what is no line, or does not determine the radius, is
+    refused with exit status 3.
+    """
+    from fitting.shell import rings_verb
+    from fitting.shell.answer import Outputs
+
+    options = {
+        "wavelength": None if wavelength is None else wavelength.within(1.0),
+        "wavelength_sd": wavelength.sd if wavelength is not None and wavelength_sd is None else wavelength_sd,
+        "pixel_size": pixel_size,
+        "pixel_size_sd": pixel_size_sd,
+        "radius": radius,
+        "radius_sd": radius_sd,
+        "view": view or "reflected",
+        "bright": bright,
+        "view_angle": view_angle or 0.0,
+        "view_angle_sd": view_angle_sd,
+        "gap_index": gap_index,
+        "gap_index_sd": gap_index_sd,
+        "expected_radius": expected_radius,
+        "columns": own_columns(column or []),
+    }
+    return rings_verb.run(table, options, Outputs(json, output_dir, force))
