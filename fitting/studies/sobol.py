@@ -97,7 +97,7 @@ def spread(
         target,
         knob.unit,
         knob.value,
-        study.free[1:],
+        tuple(study.beside),
         float(np.std(targets[: 2 * draws], ddof=1)),
         float(np.mean(targets[: 2 * draws]) - knob.value),
         float(np.linalg.norm([part.slope_sd for part in parts])),
@@ -134,7 +134,7 @@ class _Study:
         self.knobs: dict[str, Knob] = knobs(self.scene, self.camera)
         require_whole("seed", self.seed, 0, 2**32 - 1)
         self.free = target_first(self.knobs, arguments["target"], arguments["free"])
-        self.target = self.free[0]
+        self.target, *self.beside = self.free
         self.sds = _checked_sds(self.knobs, arguments["sd"], self.free, self.draws)
 
     @cached_property
