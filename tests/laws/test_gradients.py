@@ -75,7 +75,7 @@ def kernels(view, method):
     names = [f"preset {k}" for k in range(start.size)] + [f"leaf {k}" for k in range(leaves)]
     reverse = jax.jit(lambda at, weight: jax.vjp(image, at)[1](weight)[0], compiler_options=QUICKLY)
     return (
-        jax.jit(jax.vmap(image), compiler_options=QUICKLY),
+        jax.jit(jax.vmap(image)),  # of some 7000 images a place: compiled in a hurry it runs four times as long
         jax.jit(jax.jacfwd(image), compiler_options=QUICKLY),
         reverse,
         names,

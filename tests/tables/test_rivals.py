@@ -214,11 +214,11 @@ def test_refusals_of_the_command_name_the_reason(tmp_path, capsys):
     assert "give wavelength to measure the radius" in capsys.readouterr().err
 
 
-def test_a_table_of_three_hundred_thousand_rows_takes_seconds(tmp_path):
+def test_a_table_of_a_hundred_thousand_rows_takes_seconds(tmp_path):
     rng = np.random.default_rng(3)
-    order = rng.integers(1, 40, 300_000)
+    order = rng.integers(1, 40, 100_000)
     radius = np.sqrt(order * WAVELENGTH) + 1e-5 * rng.normal(size=len(order))
-    radius[::300] *= rng.uniform(0.5, 1.5, 1000)
+    radius[::100] *= rng.uniform(0.5, 1.5, 1000)
     rows = "".join(f"{m},{1e3 * r:.6f}\n" for m, r in zip(order, radius, strict=True))
     path = tmp_path / "rings.csv"
     path.write_text("order,radius_mm\n" + rows)
@@ -231,8 +231,8 @@ def test_a_table_of_three_hundred_thousand_rows_takes_seconds(tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     seconds, value, sd = map(float, done.stdout.split())
     assert abs(value - 1.0) < 4 * sd
-    # Of processor time; a matrix of rows by rows would not fit into memory, a loop over them takes hours.
-    assert seconds < 40
+    # Of processor time; a matrix of rows by rows would not fit into memory (80 GB), a loop over them takes an hour.
+    assert seconds < 13
 
 
 def _steep(orders):
