@@ -2,11 +2,11 @@
 
 from fitting.designs import Design as Design
 from fitting.designs import design as design
+from fitting.parameters import Parameter as Parameter
 from fitting.photo import Photograph as Photograph
 from fitting.photo import read as read
 from fitting.photograph import FitResult as FitResult
 from fitting.photograph import FrameFit as FrameFit
-from fitting.photograph import Parameter as Parameter
 from fitting.photograph import fit as fit
 from fitting.photograph import fit_stack as fit_stack
 from fitting.reasons import Reason as Reason

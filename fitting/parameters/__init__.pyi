@@ -28,6 +28,8 @@ from fitting.parameters.fringe_scale import lensless as lensless
 from fitting.parameters.fringe_scale import number as number
 from fitting.parameters.fringe_scale import quantities as quantities
 from fitting.parameters.fringe_scale import read_sd as read_sd
+from fitting.parameters.parameter import Parameter as Parameter
+from fitting.parameters.parameter import parameters_from as parameters_from
 from fitting.parameters.result import AbstractResult as AbstractResult
 from fitting.parameters.result import Origin as Origin
 from fitting.parameters.result import common_from as common_from
@@ -39,6 +41,7 @@ from fitting.parameters.running import one_blas_thread as one_blas_thread
 from fitting.parameters.running import progress_of as progress_of
 from fitting.parameters.table import PART_OPTIONS as PART_OPTIONS
 from fitting.parameters.table import TABLE as TABLE
+from fitting.parameters.table import UNITS as UNITS
 from fitting.parameters.table import ParameterSpec as ParameterSpec
 from fitting.parameters.vector import NUMBERS as NUMBERS
 from fitting.parameters.vector import Numbers as Numbers

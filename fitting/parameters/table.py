@@ -56,6 +56,7 @@ _SPECS = (
     ParameterSpec("plate_index", "n", "", INDEX[:2], True),
     ParameterSpec("plate_radius", "R", "m", RADIUS[:2], False, "a plate of better known radius, or a flat one"),
     ParameterSpec("gap", "t", "m"),
+    ParameterSpec("view_angle", "θ", "rad"),
     ParameterSpec("centre_x", "x", "px"),
     ParameterSpec("centre_y", "y", "px"),
     # Of a bench and its image alone.
@@ -79,6 +80,13 @@ _SPECS = (
     ParameterSpec("distortion_fifth_order", "κ₅", bounds=(-0.05, 0.05), in_fit=True),
 )  # fmt: skip
 TABLE = {spec.name: spec for spec in _SPECS}
+# Of every number in a result; the last ones are of pictures, the scale also without a pixel size.
+UNITS = {spec.name: spec.unit for spec in _SPECS} | {
+    "centre_x_px": "px",
+    "centre_y_px": "px",
+    "contact_radius_px": "px",
+    "fringe_scale_per_px2": "per px²",
+}
 
 # Parts of the rings' model, and what the shell says of their options: here, and not in the parts, since help comes
 # without NumPy.

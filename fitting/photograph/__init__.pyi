@@ -3,5 +3,4 @@
 from fitting.photograph.frame_fit import FrameFit as FrameFit
 from fitting.photograph.measure import fit as fit
 from fitting.photograph.result import FitResult as FitResult
-from fitting.photograph.result import Parameter as Parameter
 from fitting.photograph.stack import fit_stack as fit_stack

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from fitting.estimate import Fitted
-from fitting.parameters import EXPONENTS, Numbers, Quantities, block_of
+from fitting.parameters import EXPONENTS, UNITS, Numbers, Parameter, Quantities, block_of
 from fitting.photograph.numbers import mean_scale
-from fitting.photograph.result import FitResult, Parameter
+from fitting.photograph.result import FitResult
 from fitting.photograph.summary import variance_of
 
 
@@ -54,7 +54,7 @@ class FrameFit:
         """The row by name, the parameters as plain dictionaries: for a table or JSON."""
         row = {name: getattr(self, name) for name in self.__slots__ if name != "parameters"}
         row |= {"message": str(self.message), "reason": self.reason}
-        return row | {"parameters": {name: asdict(value) for name, value in self.parameters.items()}}
+        return row | {"parameters": {name: asdict(parameter) for name, parameter in self.parameters.items()}}
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ class FrameScale:
             gap=float(gap),
             gap_sd=float(np.linalg.norm([phase_sd * period, gap * wave_sd, gap * index_sd])),
             contact_radius=disc if "contact" in fitted.parts else None,
-            parameters={measured: Parameter(value, total, False)},
+            parameters={measured: Parameter(value, total, False, measured, UNITS[measured])},
         )
 
 

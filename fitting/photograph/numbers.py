@@ -10,7 +10,9 @@ from fitting.parameters import (
     EXPONENTS,
     NUMBERS,
     TABLE,
+    UNITS,
     Numbers,
+    Parameter,
     Quantities,
     block_of,
     held_turns,
@@ -20,7 +22,6 @@ from fitting.parameters import (
     result_names,
 )
 from fitting.photo import thin
-from fitting.photograph.result import Parameter
 from fitting.reasons import Reason
 
 
@@ -56,7 +57,7 @@ def measured(
     gap = fit.fixed.get("gap", gap)
     moving = tuple(name for name in free if is_scaled or name != "phase")
     parameters = {
-        names[name]: _parameter(in_units[name], getattr(sds, name), name not in free)
+        names[name]: _parameter(names[name], in_units[name], getattr(sds, name), name not in free)
         for name in NUMBERS
         if name in in_units
     }
@@ -93,9 +94,9 @@ def measured(
         if TABLE[number.name].unit == "m":
             length = parameters[number.name]
             sd = np.hypot(length.sd or 0.0, length.value * relative_sd.get("pixel_size", 0.0))
-            parameters[number.name] = Parameter(length.value, float(sd), length.fixed)
-    given = {name: Parameter(values[name], known.sd.get(name), True) for name in known.given}
-    answer = {known.unknown: Parameter(values[known.unknown], total, False)}
+            parameters[number.name] = replace(length, sd=float(sd))
+    given = {name: Parameter(values[name], known.sd.get(name), True, name, UNITS[name]) for name in known.given}
+    answer = {known.unknown: Parameter(values[known.unknown], total, False, known.unknown, UNITS[known.unknown])}
     if known.unknown == "radius":
         radius = {
             "radius_sd": total,
@@ -110,7 +111,7 @@ def measured(
         "radius_sd": total if known.unknown == "radius" else known.sd.get("radius"),
         "gap": gap,
         "contact_radius": parameters["contact_radius"].value if "contact_radius" in parameters else None,
-        "parameters": answer | given | parameters | {"gap": _parameter(gap, gap_sd, "phase" not in free)},
+        "parameters": answer | given | parameters | {"gap": _parameter("gap", gap, gap_sd, "phase" not in free)},
         "budget": budget,
         "per_percent": per_percent,
         **radius,
@@ -168,8 +169,8 @@ def mean_scale(fit: Fitted, numbers: np.ndarray) -> float:
     return float(in_image @ Distance(frame, x, y, at).r2 / (in_image @ in_image))
 
 
-def _parameter(value: float, sd: float, held: bool) -> Parameter:
-    return Parameter(value, None if held else float(sd), held)
+def _parameter(name: str, value: float, sd: float, held: bool) -> Parameter:
+    return Parameter(value, None if held else float(sd), held, name, UNITS.get(name, ""))
 
 
 def _effect(fit: Fitted, known: Quantities, name: str) -> float:

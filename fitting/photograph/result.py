@@ -8,7 +8,18 @@ import numpy as np
 
 from fitting.estimate import Fitted
 from fitting.model import ADVICE
-from fitting.parameters import TABLE, AbstractResult, Origin, Quantities, common_from, interval, rounded, with_sd
+from fitting.parameters import (
+    TABLE,
+    AbstractResult,
+    Origin,
+    Parameter,
+    Quantities,
+    common_from,
+    interval,
+    parameters_from,
+    rounded,
+    with_sd,
+)
 from fitting.photograph.picture import Picture
 
 # What makes a row of the budget smaller that is no given quantity's.
@@ -18,15 +29,6 @@ _ADVICE = {
     "light behind few fringes": "more rings in the picture, or more even light",
     "model": "look at the residual picture; mask what is not of one ring system, or take more rings",
 }
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A number of the model, in SI units (`centre_px` in pixels): its value, standard deviation, and whether given."""
-
-    value: float
-    sd: float | None
-    fixed: bool
 
 
 class Evidence(NamedTuple):
@@ -177,7 +179,7 @@ class FitResult(AbstractResult):
             warnings=warnings,
             model=dict(saved["model"]),
             seconds=saved["seconds"],
-            parameters={name: Parameter(**parameter) for name, parameter in saved["parameters"].items()},
+            parameters=parameters_from(saved),
             names=tuple(saved["names"]),
             covariance=None if covariance is None else np.array(covariance, float),
             origin=origin,

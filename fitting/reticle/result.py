@@ -1,12 +1,12 @@
 """What a photograph of a ruled grid says of the pixels."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
 
-from fitting.parameters import AbstractResult, Origin, common_from, with_sd
+from fitting.parameters import AbstractResult, Origin, Parameter, common_from, with_sd
 from fitting.photo import Photograph
 from fitting.reticle.grid import Grid
 
@@ -30,6 +30,11 @@ _KEYS = {
     "division_m": "division",
     "division_sd_m": "division_sd",
 }
+# Units of its parameters.
+_UNITS = {
+    "pixel_size": "m", "pixel_size_x": "m", "pixel_size_y": "m", "stretch": "", "shear": "", "angle": "rad",
+    "skew": "rad", "distortion": "", "division": "m",
+}  # fmt: skip
 # What files of earlier versions do not have.
 _LATER = ("pixel_size_x_sd", "pixel_size_y_sd", "stretch", "stretch_sd", "shear", "shear_sd", "half_diagonal")
 
@@ -76,6 +81,16 @@ class Scale(AbstractResult):
     grid: Grid | None = None
     origin: Origin | None = None
 
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """What was measured and given, by name, with units and standard deviations; empty for a refusal."""
+        rows = {name: (unit, getattr(self, name), getattr(self, f"{name}_sd", None)) for name, unit in _UNITS.items()}
+        return {
+            name: Parameter(value, sd, name == "division", name, unit)
+            for name, (unit, value, sd) in rows.items()
+            if value is not None
+        }
+
     def to_dict(self) -> dict[str, Any]:
         """The JSON object of the shell, which `fit --scale-from` reads: units in the keys."""
         numbers = {key: getattr(self, name) for key, name in _KEYS.items()}
@@ -84,6 +99,7 @@ class Scale(AbstractResult):
             "message": str(self.message),
             **numbers,
             "lines": self.lines and list(self.lines),
+            "parameters": {name: asdict(parameter) for name, parameter in self.parameters.items()},
             **self._common(),
         }
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.parameters import absolute_sd, check_quantity, number, says_its_origin
+from fitting.parameters import UNITS, Parameter, absolute_sd, check_quantity, number, says_its_origin
 from fitting.tables.judgement import Bench, Judgement
 from fitting.tables.result import RingsResult
 from fitting.tables.table import readings
@@ -87,6 +87,21 @@ def rings(
     }
     judgement = Judgement(read, bench, relative, expected_radius)
     status, message, values = judgement.outcome()
+    given = {
+        "wavelength": wavelength,
+        "radius": radius,
+        "pixel_size": pixel_size if read.unit == "px" else None,
+        "view_angle": view_angle,
+        "gap_index": gap_index,
+    }
+    parameters = {
+        name: Parameter(float(value), sds[name] or None, True, name, UNITS[name])
+        for name, value in given.items()
+        if value is not None
+    }
+    if (measured := bench.measured) in values:
+        answer = Parameter(values[measured], values.get(f"{measured}_sd"), False, measured, UNITS[measured])
+        parameters = {measured: answer} | parameters
     return RingsResult(
         status,
         message,
@@ -95,6 +110,7 @@ def rings(
         model=model | judgement.model,
         unit=bench.unit,
         seconds=time.perf_counter() - began,
+        parameters=parameters,
         **values,
     )
 

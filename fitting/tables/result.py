@@ -1,10 +1,18 @@
 """What a table of rings returns: numbers with their standard deviations, the readings with their flags, a report."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from fitting.parameters import AbstractResult, Origin, common_from, rounded, with_sd
+from fitting.parameters import (
+    AbstractResult,
+    Origin,
+    Parameter,
+    common_from,
+    parameters_from,
+    rounded,
+    with_sd,
+)
 from fitting.tables.ring import Ring
 
 
@@ -20,6 +28,7 @@ class RingsResult(AbstractResult):
     - `order_offset`, `order_offset_sd`: orders by which the line misses the contact's.
     - `gap`: at the centre, known modulo half a wavelength in the gap.
     - `budget`: (source, standard deviation of what is measured); `rings`; `warnings`; `model`.
+    - `parameters` by name: what was measured and what was given, with their standard deviations.
     """
 
     status: str
@@ -44,6 +53,7 @@ class RingsResult(AbstractResult):
     rings: list[Ring] = field(default_factory=list)
     unit: str = "m"
     seconds: float = 0.0
+    parameters: dict[str, Parameter] = field(default_factory=dict)
     origin: Origin | None = None
 
     def to_dict(self) -> dict[str, Any]:
@@ -72,6 +82,7 @@ class RingsResult(AbstractResult):
                 {"order": r.order, f"radius_{unit}": r.radius, f"residual_{unit}": r.residual, "flag": r.flag}
                 for r in self.rings
             ],
+            "parameters": {name: asdict(parameter) for name, parameter in self.parameters.items()},
             "seconds": self.seconds,
             **self._common(),
         }
@@ -108,6 +119,7 @@ class RingsResult(AbstractResult):
             ],
             unit=unit,
             seconds=saved["seconds"],
+            parameters=parameters_from(saved),
             origin=origin,
         )
 

@@ -7,6 +7,7 @@ The list stands in `public_api.txt`, so that a change of the interface shows in 
 import importlib
 import inspect
 import re
+from enum import Enum
 from pathlib import Path
 
 import pytest
@@ -46,7 +47,7 @@ METHODS = {
 
 def signature_of(value) -> str:
     """The signature as it stands in the source, without what a decorator or a type checker adds."""
-    if isinstance(value, property):
+    if isinstance(value, property) or (inspect.isclass(value) and issubclass(value, Enum)):
         return ""
     try:
         signature = inspect.signature(value.__func__ if isinstance(value, classmethod) else value)
@@ -58,7 +59,10 @@ def signature_of(value) -> str:
 
 
 def listing() -> str:
-    lines = [f"{name}{signature_of(value)}" for name, value in sorted({**OBJECTS, **METHODS}.items())]
+    members = {
+        f"{name}.{member}": property() for name, kind in OBJECTS.items() for member in getattr(kind, "__members__", ())
+    }
+    lines = [f"{name}{signature_of(value)}" for name, value in sorted({**OBJECTS, **METHODS, **members}.items())]
     return "\n".join(lines) + "\n"
 
 

@@ -123,3 +123,26 @@ def test_a_result_draws_itself_into_axes(results):
         assert results[name].figure().axes
     with pytest.raises(ValueError, match="has no photograph"):
         fitting.FitResult.from_dict(results["fit"].to_dict()).figure()
+
+
+@pytest.mark.parametrize(
+    ("name", "answer", "given"),
+    [("rings", "radius", "wavelength"), ("scale", "pixel_size", "division"), ("fit", "radius", "pixel_size")],
+)
+def test_parameters_say_name_unit_and_whether_they_were_given(results, name, answer, given):
+    result = results[name]
+    measured, stated = result.parameters[answer], result.parameters[given]
+    assert (measured.name, measured.unit, measured.fixed) == (answer, "m", False)
+    assert (measured.value, measured.sd) == (getattr(result, answer), getattr(result, f"{answer}_sd"))
+    assert (stated.name, stated.unit, stated.fixed) == (given, "m", True)
+    assert str(stated).endswith("m (given)")
+    assert result.to_dict()["parameters"][answer]["unit"] == "m"
+
+
+def test_parameters_of_a_file_of_an_earlier_version_get_their_names_and_units(results):
+    saved = results["fringe scale"].to_dict()
+    for row in saved["parameters"].values():
+        del row["name"], row["unit"]
+    loaded = fitting.FitResult.from_dict(saved)
+    assert loaded.parameters == results["fringe scale"].parameters
+    assert loaded.parameters["centre_x_px"].unit == "px"

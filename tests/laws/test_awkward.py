@@ -187,7 +187,7 @@ def test_what_is_held_is_reported_as_it_was_given():
     image = rings(0.3, gap=1.234e-6, noise=0.02)
     held = fitting.fit(image, fixed={"gap": 1.234e-6}, **GIVEN)
     assert held.gap == 1.234e-6
-    assert held.parameters["gap"] == fitting.Parameter(1.234e-6, None, True)
+    assert held.parameters["gap"] == fitting.Parameter(1.234e-6, None, True, "gap", "m")
     assert held.names == ("radius", "centre_x_px", "centre_y_px")
     assert np.linalg.matrix_rank(held.covariance) == 3
     assert deviations(held, 0.3) < 4
