@@ -13,8 +13,7 @@ BACKGROUND, ENVELOPE = 6, 16
 
 def degrees(limit: int) -> np.ndarray:
     """(degree in y, degree in x) of every product of Chebyshev polynomials up to a total degree, lowest first."""
-    both = [(j, i) for total in range(limit + 1) for j in range(total + 1) for i in [total - j]]
-    return np.array(both)
+    return np.array([(j, total - j) for total in range(limit + 1) for j in range(total + 1)])
 
 
 def node_grid(count: int) -> tuple[np.ndarray, np.ndarray]:

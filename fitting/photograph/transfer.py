@@ -83,6 +83,5 @@ def _is_bent(fit: Fitted) -> bool:
 def _design(shape: tuple[int, int], rows: np.ndarray, columns: np.ndarray, turns: np.ndarray) -> np.ndarray:
     """Columns of a smooth background and a smooth contrast times the cosine, at some of the pixels."""
     y, x = (chebvander(2 * at / max(n - 1, 1) - 1, 4) for at, n in zip((rows, columns), shape, strict=True))
-    pairs = [(j, i) for total in range(5) for j in range(total + 1) for i in [total - j]]
-    smooth = np.stack([y[:, j] * x[:, i] for j, i in pairs], axis=1)
+    smooth = np.stack([y[:, j] * x[:, total - j] for total in range(5) for j in range(total + 1)], axis=1)
     return np.concatenate([smooth, smooth[:, :6] * np.cos(2 * np.pi * turns)[:, None]], axis=1)

@@ -13,6 +13,8 @@ from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
+from line_figures import deep_comprehensions, line_figures, raises
+
 PACKAGES = ("newtonjax", "fitting")
 SHORT = frozenset(("found", "told", "left", "made", "known", "kept", "given"))
 LONG = SHORT.union(
@@ -278,6 +280,12 @@ def main() -> None:
         ):  # fmt: skip
             vague, functions = source.vague(package, words, parameters)
             print(f"  vague names, {name}: {vague} of {functions} functions, {100 * vague / functions:.1f} %")
+        trees = [tree for name, tree in source.trees.items() if name.startswith(f"{package}.")]
+        figures, raising = line_figures(options.root.resolve(), package), [n for n in map(raises, trees) if n]
+        print(f"  {figures.lines} lines, {figures.comment_percent:.1f} % comments, ", end="")
+        print(f"{figures.average:.1f} characters to a line of code")
+        print(f"  {sum(raising)} raises in {len(raising)} files; ", end="")
+        print(f"{sum(len(deep_comprehensions(tree)) for tree in trees)} comprehensions of three levels")
     crossing = {(room_of(one), room_of(other)) for one, other in arrows if one[0] == "f" and other[0] == "n"}
     print(f"fitting to newtonjax: {len(crossing)} arrows")
     past, own, shadows = source.past_doors(), source.own_doors(), source.shadows()
