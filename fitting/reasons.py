@@ -120,6 +120,23 @@ class Reason(Wording):
         "what was tried, {exponent:.2g}): more than two beams, clipping, or a curve that is no power law"
     )
 
+    # What else may have made the rings.
+    RIVAL_ASTRAY = (
+        "in {share:.0%} of the field the fringes are not where a sphere's would be: a spiral, circles of another law, "
+        "or rings of which part was found; mask what is not of one ring system"
+    )
+    RIVAL_SHARP_FRINGES = "sharper fringes than two beams make (harmonics {second:.2g} and {third:.2g}): more beams"
+    RIVAL_CUT_FRINGES = "crests or troughs are cut off (harmonics {second:.2g} and {third:.2g}); expose less"
+    RIVAL_SECOND_SYSTEM = (
+        "what the rings leave over holds a second system of rings, of {ratio:.2g} times their scale and {contrast:.0%} "
+        "of their contrast: a ghost, another face or a second colour; mask it, or keep it out of the light"
+    )
+    RIVAL_FORM = "fringes up to {size:.2g} turns off a sphere's (coma, trefoil): {shift:+.2%} of the scale with these"
+    RIVAL_VIEW_OR_FORM = (
+        "the rings are elliptic by {stretch:.2%}: a view at {angle:.1f} degrees, or a lens with two radii {apart:.2%} "
+        "apart, whose mean curvature is that of a radius {share:.2%} smaller"
+    )
+
     # Frames of a stack.
     FRAME_UNUSABLE = "{error}"
     FRAME_MASKED = "{share:.0%} of its pixels are no numbers, or masked"

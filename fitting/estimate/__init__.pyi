@@ -19,6 +19,7 @@ from fitting.estimate.elimination import tilted as tilted
 from fitting.estimate.fringe_moments import Moments as Moments
 from fitting.estimate.fringe_moments import moments as moments
 from fitting.estimate.fringe_sums import Residuals as Residuals
+from fitting.estimate.fringe_sums import at_blocks as at_blocks
 from fitting.estimate.fringe_sums import fused as fused
 from fitting.estimate.fringe_sums import sums as sums
 from fitting.estimate.illumination import FEW as FEW

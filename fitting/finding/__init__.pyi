@@ -2,6 +2,8 @@
 
 from fitting.finding.evidence import evidence_of as evidence_of
 from fitting.finding.matched_filter import Rings as Rings
+from fitting.finding.matched_filter import polish as polish
+from fitting.finding.matched_filter import search as search
 from fitting.finding.start import find_rings as find_rings
 from fitting.finding.start import follow as follow
 from fitting.finding.start import settled as settled

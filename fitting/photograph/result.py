@@ -21,12 +21,15 @@ from fitting.parameters import (
     with_sd,
 )
 from fitting.photograph.picture import Picture
+from fitting.photograph.rival import Finding
 
 # What makes a row of the budget smaller that is no given quantity's.
 _ADVICE = {
     "noise": "more light, more frames, or a mask over what is not rings",
     "sodium's two lines": "fewer rings, or a laser",
     "light behind few fringes": "more rings in the picture, or more even light",
+    "form": "turn the lens and take another photograph, mask its rim, or measure its form by itself",
+    "view or form": "look along the normal, or take another photograph with the lens turned by 90 degrees",
     "model": "look at the residual picture; mask what is not of one ring system, or take more rings",
 }
 
@@ -56,6 +59,8 @@ class FitResult(AbstractResult):
     - `per_percent`: by how much 1 % of a given quantity moves the measured one, for those without standard deviation.
     - `parameters` by name; `covariance` of those free, from noise, in the order `names`.
     - `residual` [rows, columns]: photograph less model, in units of the photograph's brightest pixels.
+    - `rivals`: what else may have made the rings, by name: value of a statistic, its limit, and the consequence
+      ("refusal", "budget" or "warning").
     - `evidence`: what `fitting.sample` draws from.
     """
 
@@ -76,6 +81,7 @@ class FitResult(AbstractResult):
     per_percent: dict[str, float] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
     model: dict[str, str] = field(default_factory=dict)
+    rivals: list[Finding] = field(default_factory=list)
     seconds: float = 0.0
     parameters: dict[str, Parameter] = field(default_factory=dict)
     names: tuple[str, ...] = ()
@@ -142,6 +148,7 @@ class FitResult(AbstractResult):
             "budget": [{"source": source, TABLE[self.measured].sd_key: sd} for source, sd in self.budget],
             "per_percent": dict(self.per_percent),
             "model": dict(self.model),
+            "rivals": [finding._asdict() | {"words": str(finding.words)} for finding in self.rivals],
             "measured": self.measured,
             "parameters": {name: asdict(parameter) for name, parameter in self.parameters.items()},
             "names": list(self.names),
@@ -178,6 +185,7 @@ class FitResult(AbstractResult):
             per_percent=dict(saved.get("per_percent", {})),
             warnings=warnings,
             model=dict(saved["model"]),
+            rivals=[Finding(**finding) for finding in saved.get("rivals", ())],
             seconds=saved["seconds"],
             parameters=parameters_from(saved),
             names=tuple(saved["names"]),

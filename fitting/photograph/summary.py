@@ -10,6 +10,8 @@ from fitting.photo import Photograph
 from fitting.photograph.numbers import measured
 from fitting.photograph.picture import Picture
 from fitting.photograph.result import Evidence, FitResult
+from fitting.photograph.rival import CONSEQUENCES
+from fitting.photograph.rivals import findings_of
 from fitting.photograph.selection import UNFITTED, Choice
 from fitting.photograph.task import Task
 from fitting.photograph.uncertainty import image_rows
@@ -32,17 +34,23 @@ def report(task: Task, choice: Choice, began: float) -> FitResult:
         "model": _model(fit, photograph, given) | choice.evidence,
         "picture": Picture(photograph, fit),
     }
+    common["rivals"], rival_rows = findings_of(fit)
+    by_kind = {kind: [finding for finding in common["rivals"] if finding.consequence == kind] for kind in CONSEQUENCES}
+    common["warnings"] += [finding.words for finding in by_kind["warning"]]
+    common["model"] |= {finding.rival: str(finding.words) for finding in by_kind["budget"]}
     try:
         if not fit.converged:
             return FitResult("not-converged", Reason.NOT_CONVERGED(), seconds=time.perf_counter() - began, **common)
         if task.scale is not None and task.scene is None:
             common["warnings"] += task.scale.stretch_warning(fit, variance)
+        if by_kind["refusal"]:
+            return FitResult("refused", by_kind["refusal"][0].words, seconds=time.perf_counter() - began, **common)
         covariance, rows = image_rows(fit, variance, choice.rivals, given.given.get("wavelength"))
     except np.linalg.LinAlgError as error:
         return FitResult(
             "refused", Reason.UNDETERMINED(error=str(error)), seconds=time.perf_counter() - began, **common
         )
-    numbers = measured(fit, given, task.contact_phase, covariance, rows)
+    numbers = measured(fit, given, task.contact_phase, covariance, rows + rival_rows)
     if numbers["fringe_scale_sd"] > 0.2 * numbers["fringe_scale_per_px2"]:
         return FitResult("refused", Reason.CURVATURE_UNCERTAIN(), seconds=time.perf_counter() - began, **common)
     evidence = Evidence(fit, given, variance, covariance)

@@ -1,0 +1,27 @@
+"""What is asked of every fit before its answer leaves: all rivals, in one loop."""
+
+from fitting.estimate import FEW, Fitted
+from fitting.photograph.astray import Astray
+from fitting.photograph.form import Form
+from fitting.photograph.remainder import Remainder
+from fitting.photograph.rival import AbstractRival, Finding
+from fitting.photograph.second_system import SecondSystem
+from fitting.photograph.view_or_form import ViewOrForm
+from fitting.photograph.waveform import Waveform
+
+RIVALS: tuple[AbstractRival, ...] = (Astray(), Waveform(), SecondSystem(), Form(), ViewOrForm())
+# What leaves less of the variance over was no photograph, and holds rounding.
+_ROUNDED = 1e-8
+
+
+def findings_of(fit: Fitted) -> tuple[list[Finding], list[tuple[str, float]]]:
+    """What rivals say of a finished fit, and the rows that they add: (source, deviation of its first number).
+
+    Nothing where it leaves rounding alone, or has too few fringes to tell.
+    """
+    if not fit.converged or fit.orders < FEW or not 1 - fit.explained > _ROUNDED:
+        return [], []
+    remainder = Remainder(fit)
+    answers = (rival.finding(remainder) for rival in RIVALS)
+    findings = [finding for finding in answers if finding is not None]
+    return findings, [(finding.rival, finding.deviation * remainder.first) for finding in findings if finding.deviation]

@@ -1,0 +1,155 @@
+"""What else may have made the rings: each rival speaks up where it is, and not where it is not; programs read it."""
+
+import json
+
+import numpy as np
+import pytest
+from rings_data import WAVELENGTH
+
+import fitting
+import newtonjax as nj
+
+# Pixels so large that the sphere's own law differs from r² by less than a millionth.
+GIVEN = {"wavelength": WAVELENGTH, "pixel_size": 2e-5}
+SHAPE, CENTRE, UNIT, ORDERS = (300, 340), (150.0, 140.0), 226.0, 10.0
+RADIUS = (UNIT * GIVEN["pixel_size"]) ** 2 / (ORDERS * WAVELENGTH)
+
+
+def polar(shift=(0.0, 0.0)):
+    """Distance from the centre over half of the diagonal, and the angle."""
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]].astype(float)
+    x, y = (x - CENTRE[0] - shift[0]) / UNIT, (y - CENTRE[1] - shift[1]) / UNIT
+    return np.hypot(x, y), np.arctan2(y, x)
+
+
+def noisy(light, noise=0.02, seed=0):
+    return light + noise * np.random.default_rng(seed).normal(size=SHAPE)
+
+
+def wave(extra=0.0):
+    rho, _ = polar()
+    return np.cos(2 * np.pi * (ORDERS * rho**2 + 0.3 + extra))
+
+
+def fired(light, **given):
+    result = fitting.fit(light, **(GIVEN | given))
+    return result, {finding.rival: finding for finding in result.rivals}
+
+
+@pytest.mark.parametrize("noise", [0.003, 0.02, 0.1])
+@pytest.mark.parametrize("seed", range(4))
+def test_rings_with_noise_alone_have_no_rival(noise, seed):
+    result, rivals = fired(noisy(0.5 + 0.4 * wave(), noise, seed))
+    assert (result.status, rivals) == ("ok", {})
+    assert abs(result.radius / RADIUS - 1) < 4 * result.radius_sd / RADIUS
+
+
+def spiral(orders, arms):
+    rho, angle = polar()
+    return 0.5 + 0.4 * np.cos(2 * np.pi * (orders * rho**2 + arms * angle / (2 * np.pi)))
+
+
+@pytest.mark.parametrize("orders", [8.0, 13.0, 20.0])
+@pytest.mark.parametrize("arms", [1, 2, 3])
+def test_a_spiral_is_refused(orders, arms):
+    assert fired(noisy(spiral(orders, arms)))[0].status == "refused"
+
+
+@pytest.mark.parametrize("orders", [13.0, 20.0])
+def test_a_spiral_of_one_arm_is_refused_because_its_fringes_are_astray(orders):
+    result, rivals = fired(noisy(spiral(orders, 1)))
+    assert (result.status, result.radius) == ("refused", None)
+    assert rivals["astray"].consequence == "refusal"
+    assert rivals["astray"].value > rivals["astray"].limit
+    assert "spiral" in result.message
+
+
+def test_dust_and_print_are_not_taken_for_fringes_that_are_astray():
+    light = 0.5 + 0.4 * wave()
+    rng = np.random.default_rng(3)
+    for row, column in rng.integers(0, 280, (60, 2)):
+        light[row : row + 8, column : column + 5] = 0.0
+    result, rivals = fired(noisy(light))
+    assert result.status == "ok"
+    assert "astray" not in rivals
+
+
+def test_many_beams_are_told_by_their_harmonics_and_covered():
+    rho, _ = polar()
+    light = 1 / (1 + 1.6 * np.sin(np.pi * ORDERS * rho**2) ** 2)
+    result, rivals = fired(noisy(light), transfer="linear")
+    assert result.status == "ok"
+    assert rivals["waveform"].value > rivals["waveform"].limit > 0
+    assert any("more beams" in text for text in result.warnings)
+    assert abs(result.radius / RADIUS - 1) < 3 * result.radius_sd / RADIUS
+
+
+def test_a_camera_curve_is_no_other_waveform():
+    _, rivals = fired(noisy(0.5 + 0.4 * wave(), 0.005) ** (1 / 2.2), transfer="linear")
+    assert "waveform" not in rivals
+
+
+@pytest.mark.parametrize("contrast", [0.15, 0.4])
+def test_a_second_system_is_told_by_its_scale_and_contrast(contrast):
+    rho, _ = polar((-60.0, 40.0))
+    second = np.cos(2 * np.pi * 1.5 * ORDERS * rho**2)
+    result, rivals = fired(noisy(0.5 + 0.3 * (wave() + contrast * second)))
+    assert result.status == "ok"
+    assert "1.5 times their scale" in rivals["second system"].words
+    assert rivals["second system"].words in result.warnings
+    assert abs(result.radius / RADIUS - 1) < 3 * result.radius_sd / RADIUS
+
+
+@pytest.mark.parametrize("fold", [1, 3], ids=["coma", "trefoil"])
+@pytest.mark.parametrize("size", [0.05, 0.1])
+def test_another_form_is_in_the_budget(fold, size):
+    rho, angle = polar()
+    result, rivals = fired(noisy(0.5 + 0.4 * wave(size * rho**3 * np.cos(fold * (angle - 0.4)))))
+    assert rivals["form"].consequence == "budget"
+    assert result.model["form"] == rivals["form"].words
+    assert abs(result.radius / RADIUS - 1) < 2 * result.radius_sd / RADIUS < 0.03
+
+
+@pytest.mark.parametrize("share", [0.05, 0.1, 0.15])
+def test_a_lens_with_two_radii_is_a_rival_of_a_view_at_an_angle(share):
+    """Of principal curvatures (1 ± share / 2) / R the mean's radius is R, what a view leaves unchanged is larger."""
+    rho, angle = polar()
+    along, across = rho * np.cos(angle - 0.4), rho * np.sin(angle - 0.4)
+    turns = ORDERS * ((1 + share / 2) * along**2 + (1 - share / 2) * across**2) + 0.3
+    result, rivals = fired(noisy(0.5 + 0.4 * np.cos(2 * np.pi * turns)))
+    geometric_mean = RADIUS / np.sqrt(1 - share**2 / 4)
+    row = dict(result.budget)["view or form"]
+    assert row == pytest.approx(geometric_mean - RADIUS, rel=0.05)
+    assert result.radius == pytest.approx(geometric_mean, rel=2e-4)
+    assert abs(result.radius - RADIUS) < 1.96 * result.radius_sd
+    assert (rivals["view or form"].consequence == "warning") == (share > 0.08)
+
+
+def test_programs_read_rivals_from_the_file_of_a_result(tmp_path):
+    rho, angle = polar()
+    result, _ = fired(noisy(0.5 + 0.4 * wave(0.1 * rho**3 * np.cos(angle))))
+    result.save(tmp_path / "result.json")
+    rows = json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))["rivals"]
+    assert [row["rival"] for row in rows] == [finding.rival for finding in result.rivals]
+    assert {"rival", "value", "limit", "consequence", "words", "deviation"} == set(rows[0])
+    assert fitting.FitResult.load(tmp_path / "result.json").rivals == result.rivals
+
+
+def test_a_fit_without_a_scale_is_asked_the_same():
+    rho, _ = polar((-60.0, 40.0))
+    light = noisy(0.5 + 0.3 * (wave() + 0.3 * np.cos(2 * np.pi * 1.5 * ORDERS * rho**2)))
+    result, rivals = fired(light, pixel_size=None)
+    assert result.status == "no-scale"
+    assert "second system" in rivals
+
+
+def test_a_fit_with_a_scene_is_asked_the_same():
+    scene = nj.newton_rings(RADIUS, WAVELENGTH)
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]].astype(float)
+    image = np.asarray(nj.render(scene, nj.Camera(SHAPE, 2e-5)))
+    image = image / image.max()
+    plain, rivals = fired(noisy(image), scene=scene)
+    assert (plain.status, rivals) == ("ok", {})
+    second = np.cos(2 * np.pi * 1.5 * ORDERS * ((x - 110) ** 2 + (y - 190) ** 2) / UNIT**2)
+    _, rivals = fired(noisy(image + 0.15 * second), scene=scene)
+    assert "second system" in rivals
