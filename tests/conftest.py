@@ -59,8 +59,9 @@ def pytest_configure(config):
 # The modules that take longest where nothing is compiled yet, longest first, so that no worker begins one of them when
 # the other has nothing left to do.
 LONGEST = (
-    *("mcmc", "implicit", "sharding", "gradients", "splatting", "derivatives", "awkward", "design", "methods"),
-    *("single", "spread", "fit", "tradeoff", "render_verb", "html", "packed", "imaging", "reticle", "photographs"),
+    *("mcmc", "implicit", "sharding", "awkward", "spread", "gradients", "splatting", "derivatives", "design", "pages"),
+    *("methods", "fit", "reticle", "single", "few_fringes", "render_verb", "tradeoff", "html", "packed", "imaging"),
+    *("photographs", "architecture", "program_count"),
 )
 
 

@@ -143,7 +143,7 @@ def test_a_range_of_radii_and_a_list_of_wavelengths():
         ({"field": (1e-3, 2e-3)}, {"robust": "best"}, "allowed: 'worst' or 'mean'"),
         ({"field": (1e-3, 2e-3)}, {"over": (0.0,)}, "allowed: values of the radius"),
         (
-            {"field": (1e-3, 2e-3)},
+            {"field": (1e-3, 1.1e-3)},
             {"rings": (100, 200), "starts": 1},
             "no design within the bounds meets the limits: rings_least",
         ),
