@@ -28,4 +28,6 @@ from fitting.studies import sensitivity as sensitivity
 from fitting.studies import spread as spread
 from fitting.studies import tradeoff as tradeoff
 from fitting.tables import RingsResult as RingsResult
+from fitting.tables import WedgeResult as WedgeResult
 from fitting.tables import rings as rings
+from fitting.tables import wedge as wedge

@@ -185,17 +185,12 @@ class Reason(Wording):
     )
     PIXELS_NOT_SQUARE = (
         "pixels are {uneven:.2g} longer one way than across it ({along}; {ratio:.2g} standard deviations): a tilted "
-        "grid or camera, or pixels that are not square; their geometric mean is given, and half of the difference is "
-        "in its standard deviation ({uneven:.2%} of a radius): photograph the grid along its normal"
+        "grid, or no square pixels; their mean counts, with half of the difference as sd ({uneven:.2%} of a radius)"
     )
-    PICTURE_OF_OTHER_SIZE = (
-        "the picture has half diagonals of {picture:.4g} px, that of the grid {grid:.4g} px: taken as cut about the "
-        "middle of the same frame; a picture that was resized has another pixel size"
-    )
+    PICTURE_OF_OTHER_SIZE = "half diagonals of {picture:.4g} px, that of the grid {grid:.4g} px: taken as a cut"
     STRETCHED_OTHERWISE = (
-        "the rings are stretched by {rings:.4f} ± {rings_sd:.2g} (x over y), the grid that gave the pixel size by "
-        "{grid:.4f} ± {grid_sd:.2g}, {ratio:.2g} standard deviations apart: one of the two was photographed at a "
-        "slant. The radius may be {size:.2%} off for that: photograph both along the normal"
+        "the rings are stretched by {rings:.4f} ± {rings_sd:.2g} (x over y), the grid by {grid:.4f} ± {grid_sd:.2g}, "
+        "{ratio:.2g} standard deviations apart: one was photographed at a slant. The radius may be {size:.2%} off"
     )
 
     # A table of ring readings: what was read.
@@ -271,6 +266,15 @@ class Reason(Wording):
     NOT_AS_EXPECTED = (
         "the {measured} is {ratio:.2g} times the expected one{slip} (name the column with columns or --column)"
     )
+
+    # Positions of straight fringes, as of a wedge.
+    FEW_FRINGES_OF_WEDGE = "positions of {count} fringes; a wedge needs at least three orders"
+    NO_SPACING = "the positions do not determine a spacing: {spacing:.3g} +/- {sd:.2g} m; read more fringes"
+    WEDGE_TOO_STEEP = "a spacing of {spacing:.3g} m is finer than the fringes of any wedge; check the units"
+    FRINGES_MISCOUNTED = (
+        "orders {before:g} and {after:g} lie {rings:.2g} +/- {sd:.1g} orders farther apart than counted"
+    )
+    UNEVEN_FRINGES = "the spacing changes by {change:+.1%} over the table ({deviations:.1f} sd); its mean was used"
 
 
 @unique

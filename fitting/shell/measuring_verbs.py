@@ -21,6 +21,8 @@ from fitting.shell.options import (
     View,
     Wave,
     WaveSd,
+    WedgeLength,
+    WedgeLengthSd,
     option,
     own_columns,
     with_part_options,
@@ -126,6 +128,8 @@ def rings(
             quantities.positive_length, "LENGTH", "Rough radius: warns where diameters, radii or units look swapped."
         ),
     ] = None,
+    wedge_length: WedgeLength = None,
+    wedge_length_sd: WedgeLengthSd = None,
     column: Annotated[
         list[str] | None, typer.Option(metavar="NAME=COLUMN", help="The table's own name of a column; may be repeated.")
     ] = None,
@@ -146,6 +150,9 @@ def rings(
     steps from ring to ring count. Readings off the line and orders that were
     miscounted are flagged; what is no line, or does not determine the radius, is
     refused with exit status 3.
+
+    A table with position_mm, of straight fringes, gives the angle of a wedge, and
+    with --wedge-length its thickness there, such as that of a hair.
     """
     from fitting.shell import rings_verb
     from fitting.shell.answer import Outputs
@@ -164,6 +171,8 @@ def rings(
         "gap_index": gap_index,
         "gap_index_sd": gap_index_sd,
         "expected_radius": expected_radius,
+        "wedge_length": wedge_length,
+        "wedge_length_sd": wedge_length_sd,
         "columns": own_columns(column or []),
     }
     return rings_verb.run(table, options, Outputs(json, output_dir, force))

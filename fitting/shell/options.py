@@ -119,6 +119,11 @@ Transfer = Annotated[
 ScaleFrom = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Pixel size and distortion, from the JSON of `newtonjax scale`.")
 ]
+WedgeLength = Annotated[
+    float | None,
+    option(quantities.positive_length, "LENGTH", "Of positions of straight fringes: where the wedge's end is."),
+]
+WedgeLengthSd = Annotated[Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of that length.")]
 PlateRadius = Annotated[
     float | None,
     option(quantities.length, "LENGTH", "Radius of a curved plate, negative where it is hollow to the lens.", "flat"),

@@ -1,4 +1,4 @@
-"""The verb `rings`: radii from tables of ring readings."""
+"""The verb `rings`: radii from tables of ring readings; and `wedge`, from positions of straight fringes."""
 
 from newtonjax.doors import door
 

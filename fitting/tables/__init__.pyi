@@ -1,5 +1,7 @@
-"""The verb `rings`: radii from tables of ring readings."""
+"""The verb `rings`: radii from tables of ring readings; and `wedge`, from positions of straight fringes."""
 
-from fitting.tables import orders as orders
 from fitting.tables.orders import rings as rings
 from fitting.tables.result import RingsResult as RingsResult
+from fitting.tables.table import readings as readings
+from fitting.tables.wedge_line import wedge as wedge
+from fitting.tables.wedge_result import WedgeResult as WedgeResult

@@ -7,9 +7,9 @@ METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
 UNITS = (*METRES, "px")
 # Kinds of sizes in their order of preference: the ring's radius over what such a column holds. "left" holds the
 # distance to "right", its partner.
-RADIUS_OVER = {"left": 0.5, "diameter": 0.5, "radius": 1.0}
+RADIUS_OVER = {"left": 0.5, "diameter": 0.5, "radius": 1.0, "position": 1.0}
 SIZES = (*RADIUS_OVER, "right")
-NAMES = ("order", "series", *(f"{kind}_{unit}" for kind in (*SIZES, "sd", "position") for unit in UNITS))
+NAMES = ("order", "series", *(f"{kind}_{unit}" for kind in (*SIZES, "sd") for unit in UNITS))
 UNIT_WORDS = {unit: unit for unit in UNITS} | {
     "metre": "m", "meter": "m", "metres": "m", "meters": "m",
     "micron": "um", "microns": "um", "micrometre": "um", "micrometer": "um", "micrometres": "um", "micrometers": "um",
@@ -66,7 +66,7 @@ def canonical(header: str) -> str:
     if is_deviation:
         kinds = [LETTERS.get(kind, kind) for kind in kinds]
         return "_".join(filter(None, ["sd", *kinds, unit])) if all(kind in SIZES for kind in kinds) else ""
-    return "_".join(filter(None, [*kinds, unit])) if len(kinds) == 1 and kinds[0] in (*SIZES, "position") else ""
+    return "_".join(filter(None, [*kinds, unit])) if len(kinds) == 1 and kinds[0] in SIZES else ""
 
 
 def unit_of(header: str) -> str:

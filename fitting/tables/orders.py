@@ -64,6 +64,12 @@ def rings(
     began = time.perf_counter()
     sds = _checked_sds(locals())
     read = readings(table, columns)
+    if read.is_wedge:
+        raise ValueError(
+            f"the table has no ring sizes but {read.column}: positions of straight fringes, as of a wedge, give no "
+            "radius, but the wedge's angle (fitting.wedge); for rings give left_mm with "
+            "right_mm, diameter_mm or radius_mm"
+        )
     # A ring's path difference is 2 t n cos θ' = 2 t sqrt(n² - sin² θ).
     bench = Bench(
         None if wavelength is None else number("wavelength", wavelength),

@@ -27,6 +27,8 @@ _SMALLEST_SD = 1e-12
 class Readings:
     """Ring radii [m], or [px] where `unit` is "px", by order; `sd` of the radii where the table states it.
 
+    Where `is_wedge`, positions of straight fringes stand in place of radii.
+
     `column`: what was read; `length_unit`: its unit in the table; `series` [readings]: numbers of series, None without;
     `series_names` of these numbers. `rounding`: standard deviation of the radii by the sizes' last digit, 0 where they
     were calculated; `division`: that digit, as "0.01 mm".
@@ -43,6 +45,7 @@ class Readings:
     rounding: float = 0.0
     division: str = ""
     warnings: list[str] = field(default_factory=list)
+    is_wedge: bool = False
 
 
 def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] | None = None) -> Readings:
@@ -84,8 +87,9 @@ def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] |
         raise ValueError("no row of the table is complete; give an order and a size in each row")
     if not complete.all():
         warnings.append(Reason.ROWS_LEFT_OUT(rows=_counted(int(np.sum(~complete)), "row")))
-    _check_sizes(order[complete], radius[complete], name)
-    centre = complete & (radius == 0)
+    is_wedge = kind == "position"
+    _check_sizes(order[complete], np.abs(radius[complete]) if is_wedge else radius[complete], name)
+    centre = complete & (radius == 0) & (not is_wedge)
     if centre.any():
         orders = ", ".join(f"{m:g}" for m in np.unique(order[centre])[:5])
         warnings.append(Reason.CENTRE_LEFT_OUT(readings=_counted(int(centre.sum()), "reading"), orders=orders))
@@ -102,7 +106,7 @@ def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] |
     rounding = rounding_sd(step, kind, headers.RADIUS_OVER[kind]) * _in_metres(unit)
     return Readings(
         order[used], radius[used], sd, column_unit, column, unit, series, series_names, rounding, f"{step:g} {unit}",
-        warnings,
+        warnings, is_wedge,
     )  # fmt: skip
 
 
@@ -157,6 +161,8 @@ def _size_columns(cells: Mapping[str, Sequence], named: set, table_headers: Iter
     """Columns of ring sizes, the one to use first. Raises ValueError where there is none."""
     names = [f"{kind}_{unit}" for kind in headers.RADIUS_OVER for unit in headers.UNITS]
     names = [name for name in names if all(part in cells for part in _columns_of(name))]
+    # Beside sizes of rings, positions are of something else.
+    names = [name for name in names if not name.startswith("position")] or names
     # What the user names is what is meant.
     names.sort(key=lambda name: not any(part in named for part in _columns_of(name)))
     named_sizes = {name for name in named if name.split("_")[0] in headers.SIZES}
@@ -168,11 +174,6 @@ def _size_columns(cells: Mapping[str, Sequence], named: set, table_headers: Iter
     if unitless := [kind for kind in headers.SIZES if kind in cells]:
         raise ValueError(
             f"column {unitless[0]!r} has no unit; call it {unitless[0]}_mm (or um, cm, m, px) in the header"
-        )
-    if any("position" in header.lower() for header in table_headers):
-        raise ValueError(
-            f"the table has no ring sizes; it has {listed}: positions of straight fringes, as of a wedge, give no "
-            "radius; for rings give left_mm with right_mm, diameter_mm or radius_mm"
         )
     raise ValueError(
         f"the table has no ring sizes; it has {listed}; allowed: left_mm with right_mm, diameter_mm or radius_mm "

@@ -82,7 +82,10 @@ def test_a_known_radius_measures_the_wavelength(shared):
 
 
 def test_positions_of_straight_fringes_are_no_ring_sizes(shared):
-    with pytest.raises(ValueError, match="order, position_mm: positions of straight fringes, as of a wedge"):
+    with pytest.raises(
+        ValueError,
+        match="position_mm: positions of straight fringes, as of a wedge, give no radius, but the wedge",
+    ):
         of_trial(shared, "wedge_hair", wavelength=SODIUM)
 
 
