@@ -63,13 +63,13 @@ def wedge(
     status and a message.
 
     """
-    given = {"wavelength": wavelength, "gap_index": gap_index}
+    inputs = {"wavelength": wavelength, "gap_index": gap_index}
     sds = {"wavelength": wavelength_sd, "gap_index": gap_index_sd}
-    for name, value in given.items():
+    for name, value in inputs.items():
         check_quantity(name, number(name, value))
     if length is not None and not 1e-6 < number("length", length) < 100:
         raise ValueError(f"length is {length}; allowed: 1e-6 to 100 m")
-    relative = {name: (absolute_sd(name, sds[name], given[name]) or 0.0) / given[name] for name in _COUNTED}
+    relative = {name: (absolute_sd(name, sds[name], inputs[name]) or 0.0) / inputs[name] for name in _COUNTED}
     of_length = (absolute_sd("length", length_sd, length) or 0.0) / (length or 1.0)
     read = readings(table, columns)
     if not read.is_wedge or read.unit == "px":
@@ -79,13 +79,13 @@ def wedge(
         "wedge": f"tan α = λ / (2 n s), index {gap_index:g}, seen along the normal",
     }
     status, message, values, warnings = _outcome(
-        read, relative, given, None if length is None else float(length), of_length
+        read, relative, inputs, None if length is None else float(length), of_length
     )
     return WedgeResult(status, message, model=model, warnings=[*read.warnings, *warnings], **values)
 
 
 def _outcome(
-    read: Readings, relative: dict[str, float], given: dict[str, float], length: float | None, of_length: float
+    read: Readings, relative: dict[str, float], inputs: dict[str, float], length: float | None, of_length: float
 ) -> tuple[str, str, dict[str, Any], list[Statement]]:
     """Status, message, the values of the result by name, and warnings."""
     if (count := len(np.unique(read.order))) < 3:
@@ -95,7 +95,7 @@ def _outcome(
     quantile = float(stats.t.ppf(0.975, freedom)) if np.isfinite(freedom) else float(stats.norm.ppf(0.975))
     if spacing <= quantile * spacing_sd:
         return "refused", Reason.NO_SPACING(spacing=spacing, sd=spacing_sd), {}, warnings
-    slope = given["wavelength"] / (2 * given["gap_index"] * spacing)
+    slope = inputs["wavelength"] / (2 * inputs["gap_index"] * spacing)
     angle = float(np.arctan(slope))
     if angle > _LARGEST_ANGLE:
         return "refused", Reason.WEDGE_TOO_STEEP(spacing=spacing), {}, warnings
@@ -144,9 +144,9 @@ def _line(read: Readings) -> _Line:
     used, warnings = np.ones(len(read.order), bool), []
     for _ in range(len(used)):
         line = regression(read.order[used], sign * read.radius[used], weight[used])
-        if (wrong := misread(line, len(used), floor)) is None:
+        if (outliers := misread(line, len(used), floor)) is None:
             break
-        used[np.flatnonzero(used)[wrong.places]] = False
+        used[np.flatnonzero(used)[outliers.places]] = False
     line = regression(read.order[used], sign * read.radius[used], weight[used])
     if not used.all():
         orders = ", ".join(f"order {m:g}" for m in read.order[~used][:8])
