@@ -18,7 +18,7 @@ from newtonjax.scene import Camera, middle
 _PAIRED, _APART, _OUTSIDE, _LOST = range(4)
 
 
-class Source(NamedTuple):
+class SourceGrid(NamedTuple):
     """A rectangular grid of nodes on the launch plane: the middle (u, v) [m], the step [m], nodes along u and v."""
 
     middle: Float[Array | np.ndarray, "2"]
@@ -72,7 +72,9 @@ class _Frame(NamedTuple):
     reach: Float[Array, ""]
 
 
-def add_block(bench: Packed, camera: Camera, rule: Rule, source: Source, first: int, chunk: int, sums: Sums) -> Sums:
+def add_block(
+    bench: Packed, camera: Camera, rule: Rule, source: SourceGrid, first: int, chunk: int, sums: Sums
+) -> Sums:
     """The sums with the pairs of one chunk of nodes added, the nodes counted from `first` on."""
     centre = middle(camera.shape) if camera.centre_px is None else camera.centre_px
     shape = np.array(camera.shape[::-1], dtype=float)

@@ -30,8 +30,13 @@ class AbstractPicture(abc.ABC):
 
     @classmethod
     @abc.abstractmethod
-    def images(cls, pictures: Sequence[Any], reduce: Callable[[Array], Any] | None, batch: int) -> Any:
-        """What is kept of each picture of this kind, in arrays with a first axis for them, in their precision."""
+    def images(
+        cls, pictures: Sequence[Any], reduce: Callable[[Array], Any] | None, batch: int, done: Callable[[int], object]
+    ) -> Any:
+        """What is kept of each picture of this kind, in arrays with a first axis for them, in their precision.
+
+        `done` is called with the number of pictures that are computed.
+        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,12 +64,14 @@ class AtPixels(AbstractPicture):
             return jax.block_until_ready(pixels.astype(jnp.float32))
 
     @classmethod
-    def images(cls, pictures: Sequence[Any], reduce: Callable[[Array], Any] | None, batch: int) -> Any:
+    def images(
+        cls, pictures: Sequence[Any], reduce: Callable[[Array], Any] | None, batch: int, done: Callable[[int], object]
+    ) -> Any:
         """One picture after the other, whatever the batch."""
         del batch
         of_image = (lambda pixels: pixels) if reduce is None else jax.jit(reduce)
         with x64():
-            return _stacked((of_image(p.compute(p.scene, p.camera)) for p in pictures), len(pictures))
+            return _stacked(_counted((of_image(p.compute(p.scene, p.camera)) for p in pictures), done), len(pictures))
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,11 +97,15 @@ class OnNodes(AbstractPicture):
             yield first, np.asarray(pixels)[-count:]
 
     @classmethod
-    def images(cls, pictures: Sequence[Any], reduce: Callable[[Array], Any] | None, batch: int) -> Any:
+    def images(
+        cls, pictures: Sequence[Any], reduce: Callable[[Array], Any] | None, batch: int, done: Callable[[int], object]
+    ) -> Any:
         """A batch of pictures side by side."""
         stacked = np.stack([picture.coefficients for picture in pictures])
         with x64():
-            return images_on_nodes(stacked, pictures[0].shape, pictures[0].dtype, reduce, batch)
+            answers = images_on_nodes(stacked, pictures[0].shape, pictures[0].dtype, reduce, batch)
+        done(len(pictures))
+        return answers
 
 
 @partial(jax.jit, static_argnames=("shape", "dtype", "reduce", "batch"))
@@ -118,6 +129,12 @@ def _window(camera: Camera, first: int, rows: int) -> Camera:
     """The camera that sees some rows of a camera's image."""
     centre = middle(camera.shape) if camera.centre_px is None else np.asarray(camera.centre_px)
     return replace(camera, shape=(rows, camera.shape[1]), centre_px=(centre[0], centre[1] - first))
+
+
+def _counted(answers: Iterator[Any], done: Callable[[int], object]) -> Iterator[Any]:
+    for number, answer in enumerate(answers, 1):
+        done(number)
+        yield answer
 
 
 def _stacked(answers: Iterator[Any], count: int) -> Any:

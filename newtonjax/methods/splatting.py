@@ -10,7 +10,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from newtonjax.fields import ErrorEstimate, Packed, arrivals, pack, pairs
 from newtonjax.methods.base import AbstractMethod, CannotHonourError
-from newtonjax.methods.meeting import Rule, Source, add_block, no_sums
+from newtonjax.methods.meeting import Rule, SourceGrid, add_block, no_sums
 from newtonjax.methods.meeting_error import largest_error
 from newtonjax.methods.traced import by_blocks
 from newtonjax.numerics import image_memory, require_concrete, require_x64, shown, x64
@@ -60,7 +60,7 @@ class Splatted(NamedTuple):
     hits: Int[np.ndarray, "rows columns"]
     unpaired: Bool[np.ndarray, "rows columns"]
     pairs: Pairs
-    source: Source
+    source: SourceGrid
     error: float
 
 
@@ -214,9 +214,9 @@ def _reach(bench: Packed, beams: Arrival, camera: Camera) -> tuple[np.ndarray, n
     return inside.min(axis=0) - margin, inside.max(axis=0) + margin
 
 
-def _grid(low: np.ndarray, high: np.ndarray, step: float) -> Source:
+def _grid(low: np.ndarray, high: np.ndarray, step: float) -> SourceGrid:
     nodes = tuple(int(n) for n in np.ceil((high - low) / step).astype(int) + 1)
-    return Source((low + high) / 2, step, (nodes[0], nodes[1]))
+    return SourceGrid((low + high) / 2, step, (nodes[0], nodes[1]))
 
 
 def _lit(scene: Scene, camera: Camera) -> Bool[np.ndarray, "rows columns"]:
@@ -228,7 +228,7 @@ def _lit(scene: Scene, camera: Camera) -> Bool[np.ndarray, "rows columns"]:
     return by_blocks(pack(scene), camera, _LIT, lit)
 
 
-def spread(scene: Scene, camera: Camera, method: Splat, source: Source):
+def spread(scene: Scene, camera: Camera, method: Splat, source: SourceGrid):
     """Image, pairs in each pixel, pairs too far apart by the pixel of their midpoint, and the four fates' counts.
 
     For a given source: differentiable in scene and camera, with every pair kept in its pixel.

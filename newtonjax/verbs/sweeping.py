@@ -28,6 +28,7 @@ def sweep(
     reduce: Callable[[Array], Any] | None = None,
     tolerance: float = 1e-3,
     batch: int | None = None,
+    progress: Callable[[int, int], object] | None = None,
 ) -> Any:
     """Images of many scenes, or what is made of them, by programs for a shape and not for a bench.
 
@@ -41,6 +42,7 @@ def sweep(
       reduce: from an image to what is kept of it (arrays, or a tree of them); None keeps the image.
       batch: scenes whose pixels are computed side by side; by default as many as have 4 million pixels. What memory
         holds besides are these and the answer. Only nodes are batched; other methods take one scene after the other.
+      progress: a function of (steps done, their number): two to a scene, one for its rays and one for its pixels.
 
     Returns arrays whose first axis has length n. In float64, or float32 where JAX is set to it.
     Raises ValueError for lengths that differ, for what a bench or a method refuses, naming the scene, for more
@@ -56,8 +58,8 @@ def sweep(
     require_mapping("values", values)
     if values is None:
         raise ValueError("values is None; allowed: a mapping from names of the bench's arguments")
-    for name, function in (("bench", bench), ("reduce", reduce)):
-        if not (callable(function) or (function is None and name == "reduce")):
+    for name, function in (("bench", bench), ("reduce", reduce), ("progress", progress)):
+        if not (callable(function) or (function is None and name != "bench")):
             raise ValueError(f"{name} is {shown(function)}; allowed: a function")
     table = {name: _numbers(name, value) for name, value in values.items()}
     lengths = {name: len(value) for name, value in table.items() if value.ndim}
@@ -77,8 +79,12 @@ def sweep(
     chosen = _for_all([scene for _, scene in scenes], camera, tolerance) if method is None else method
     for number, scene in scenes:
         _named(rows, number, lambda _, scene=scene: chosen.check(scene))
-    pictures = [_named(rows, number, lambda _, scene=scene: chosen.picture(scene, camera)) for number, scene in scenes]
-    answers = type(pictures[0]).images(pictures, reduce, batch)
+    done = (lambda _: None) if progress is None else lambda steps: progress(steps, 2 * count)
+    pictures = []
+    for number, scene in scenes:
+        pictures.append(_named(rows, number, lambda _, scene=scene: chosen.picture(scene, camera)))
+        done(number + 1)
+    answers = type(pictures[0]).images(pictures, reduce, batch, lambda computed: done(count + computed))
     return answers if jax.config.read("jax_enable_x64") else jax.tree.map(_rounded, answers)
 
 

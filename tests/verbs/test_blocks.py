@@ -168,3 +168,13 @@ def test_a_sweep_in_float32_gives_float32():
     with jax.enable_x64(False):
         made = nj.sweep(_bench, {"wavelength": np.array([5e-7, 6e-7])}, CAMERA, reduce=jnp.mean)
     assert made.dtype == np.float32
+
+
+@pytest.mark.parametrize("method", [nj.Chebyshev(5), nj.ClosedForm()])
+def test_a_sweep_counts_its_scenes_twice(method):
+    steps = []
+    bench = partial(nj.newton_rings, view="transmitted")
+    values = {"radius": np.array([1.0, 2.0, 3.0])}
+    nj.sweep(bench, values, CAMERA, method, reduce=jnp.mean, progress=lambda *step: steps.append(step))
+    assert steps[:3] == [(1, 6), (2, 6), (3, 6)]
+    assert steps[-1] == (6, 6)
