@@ -14,6 +14,7 @@ from newtonjax.methods import spread as spread
 from newtonjax.numerics import cos_turns as cos_turns
 from newtonjax.numerics import sin_turns as sin_turns
 from newtonjax.planning import Plan as Plan
+from newtonjax.planning import PlanReason as PlanReason
 from newtonjax.planning import plan as plan
 from newtonjax.scene import Beam as Beam
 from newtonjax.scene import Camera as Camera

@@ -5,3 +5,4 @@ from newtonjax.planning.planning import Plan as Plan
 from newtonjax.planning.planning import beam_amplitudes as beam_amplitudes
 from newtonjax.planning.planning import plan as plan
 from newtonjax.planning.planning import planned as planned
+from newtonjax.planning.reasons import PlanReason as PlanReason

@@ -18,6 +18,7 @@ from newtonjax.fields import (
 )
 from newtonjax.methods import AbstractMethod, AbstractPicture, Chebyshev, ClosedForm, Traced, is_single
 from newtonjax.numerics import require_concrete, require_tolerance
+from newtonjax.planning.reasons import PlanReason
 from newtonjax.scene import Camera, Scene, require_bench
 
 _LADDER = (3, 4, 5, 6, 7, 9, 11, 13, 17, 21, 25, 29, 33)
@@ -34,7 +35,7 @@ class Plan:
     - `dropped`: their words.
     - `phase_error`: bound [turns].
     - `intensity_error`: bound, over the peak as in `ErrorEstimate`, dropped beams included.
-    - `reason`: one sentence.
+    - `reason`: one sentence; its `code` is a name of `PlanReason`.
     """
 
     method: AbstractMethod
@@ -82,9 +83,9 @@ def planned(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> tuple[Plan
     rounding = float(fields.rounding.max())
     by_rays = Plan(Traced(), scene, dropped, rounding, dropped_error + 2 * np.pi * rounding, "")
     if not fields.arrives.all():
-        reason = "not every beam reaches the whole image"
+        reason = PlanReason.BEAM_MISSES_IMAGE()
         if beams.lost.any():
-            reason += ", and a caustic lies in it: where several rays of one beam reach a pixel, only one is traced"
+            reason = PlanReason.CAUSTIC()
             by_rays = replace(by_rays, phase_error=np.inf, intensity_error=np.inf)
         return _with_picture(replace(by_rays, reason=reason), camera)
     formula = ClosedForm()
@@ -92,7 +93,7 @@ def planned(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> tuple[Plan
         error = formula.error_against(fields, scene, camera)
         intensity = float(error.intensity) + dropped_error + (formula.float32_error if is_single() else 0.0)
         if intensity <= tolerance:
-            reason = "the screen is focused on the gap"
+            reason = PlanReason.FOCUSED_ON_GAP()
             return _with_picture(Plan(formula, scene, dropped, float(error.phase), intensity, reason), camera)
     return _on_nodes(by_rays, bench, camera, fields, tolerance, dropped_error)
 
@@ -104,7 +105,7 @@ def _with_picture(chosen: Plan, camera: Camera) -> tuple[Plan, AbstractPicture]:
 def _on_nodes(by_rays: Plan, bench: Packed, camera: Camera, fields: Fields, tolerance: float, dropped_error: float):
     """The plan of the fewest nodes that keep the tolerance, and their picture; else that of rays at every pixel."""
     dearest = by_rays.method.passes(by_rays.scene, camera)
-    reason = "no grid of nodes is fine enough for the fields"
+    reason = PlanReason.NO_GRID_FINE_ENOUGH()
     for finest in (_COARSE, _FINE, _FINEST):
         if finest > _COARSE:
             fields = node_fields(bench, node_arrivals(bench, camera, finest))
@@ -113,7 +114,7 @@ def _on_nodes(by_rays: Plan, bench: Packed, camera: Camera, fields: Fields, tole
             break
         for count in (n for n in _LADDER if n + _BEYOND <= finest):
             if Chebyshev(count).passes(by_rays.scene, camera) > dearest:
-                reason = "rays at every pixel cost less than a grid of nodes that is fine enough"
+                reason = PlanReason.RAYS_ARE_CHEAPER()
                 break
             phase, intensity = map(float, error_of(nodes, count))
             if intensity + dropped_error > tolerance:
@@ -124,7 +125,7 @@ def _on_nodes(by_rays: Plan, bench: Packed, camera: Camera, fields: Fields, tole
                 method=method,
                 phase_error=phase,
                 intensity_error=intensity,
-                reason=f"the fields are smooth: {count} x {count} nodes resolve them",
+                reason=PlanReason.NODES_RESOLVE(count=count),
             )
             return chosen, method.picture_of(nodes.coefficients[:, :count, :count], camera)
     return _with_picture(replace(by_rays, reason=reason), camera)

@@ -11,9 +11,11 @@ from test_architecture import ROOT
 
 import fitting
 from fitting.reasons import Piece, Reason
+from newtonjax import PlanReason
 
-TREES = {name: tree for name, tree in Source(ROOT).trees.items() if name.startswith("fitting.")}
-MEMBERS = {f"{kind.__name__}.{name}": member for kind in (Reason, Piece) for name, member in kind.__members__.items()}
+TREES = Source(ROOT).trees
+KINDS = (Reason, Piece, PlanReason)
+MEMBERS = {f"{kind.__name__}.{name}": member for kind in KINDS for name, member in kind.__members__.items()}
 # What makes a result of a status and a message.
 RESULTS = ("FitResult", "FrameFit", "RingsResult", "Scale", "RefusedError", "LostError", "UndeterminedError")
 
@@ -23,7 +25,7 @@ def fields_of(template: str) -> set[str]:
 
 
 def calls() -> list[tuple[str, ast.Call, str]]:
-    """Module, node and called name of every call in the package."""
+    """Module, node and called name of every call in the packages."""
     return [
         (module, node, ast.unparse(node.func))
         for module, tree in TREES.items()

@@ -1,0 +1,17 @@
+"""Why a plan takes its method: the sentences of `Plan.reason`."""
+
+from newtonjax.numerics import Wording
+
+
+class PlanReason(Wording):
+    """Sentences by name, which is the `code` of a plan's reason, and stays."""
+
+    BEAM_MISSES_IMAGE = "not every beam reaches the whole image"
+    CAUSTIC = (
+        "not every beam reaches the whole image, and a caustic lies in it: where several rays of one beam reach a "
+        "pixel, only one is traced"
+    )
+    FOCUSED_ON_GAP = "the screen is focused on the gap"
+    NODES_RESOLVE = "the fields are smooth: {count} x {count} nodes resolve them"
+    NO_GRID_FINE_ENOUGH = "no grid of nodes is fine enough for the fields"
+    RAYS_ARE_CHEAPER = "rays at every pixel cost less than a grid of nodes that is fine enough"
