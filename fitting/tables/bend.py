@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.reasons import Piece
+from fitting.pieces import Piece
 from fitting.tables.regression import Regression, regression
 from fitting.tables.sample import chance_of
 from newtonjax.numerics import Statement

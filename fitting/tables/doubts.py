@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fitting.reasons import Piece, Reason
+from fitting.pieces import Piece
+from fitting.reasons import Reason
 from fitting.tables.headers import METRES
 from newtonjax.numerics import Statement
 

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from fitting.reasons import Piece, Reason
+from fitting.pieces import Piece
+from fitting.reasons import Reason
 from fitting.tables.regression import Regression, regression
 from newtonjax.numerics import Statement
 

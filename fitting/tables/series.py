@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from fitting.reasons import Piece
+from fitting.pieces import Piece
 from fitting.tables.regression import Regression, regression
 from fitting.tables.sample import Sample
 from newtonjax.numerics import Joined

@@ -5,7 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from fitting.parameters import with_sd
-from fitting.reasons import Piece, Reason
+from fitting.pieces import Piece
+from fitting.reasons import Reason
 from fitting.tables.breaks import Break
 from fitting.tables.line import Line
 from fitting.tables.mixture import single_sizes

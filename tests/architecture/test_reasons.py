@@ -10,7 +10,8 @@ from counting import Source
 from test_architecture import ROOT
 
 import fitting
-from fitting.reasons import Piece, Reason
+from fitting.pieces import Piece
+from fitting.reasons import Reason
 from newtonjax import PlanReason
 
 TREES = Source(ROOT).trees
