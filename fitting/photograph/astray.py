@@ -7,8 +7,11 @@ from fitting.photograph.rival import AbstractRival, Finding
 from fitting.reasons import Reason
 
 # A tile is astray whose fringes, as a complex amplitude over the fit's, are so far from 1, and so many turns from it,
-# and explain so much of its light. So many tiles may be: of spirals 0.053 or more are, of photographs 0.018 at most.
-_ASTRAY, _TURNS, _CLEAR, _SHARE = 1.1, 0.05, 0.8, 0.033
+# and explain so much of its light.
+_ASTRAY, _TURNS, _CLEAR = 1.1, 0.05, 0.8
+# Share of the tiles that may be: as much as this of the structure in what is left over, between the ends. Of 60 spirals
+# 0.042 or more are, 1.3 times the limit at least; of photographs, whose structure is 0.07 to 0.4, 0.018 at most.
+_OF_STRUCTURE, _LEAST, _MOST = 0.25, 0.02, 0.045
 
 
 class Astray(AbstractRival):
@@ -22,10 +25,10 @@ class Astray(AbstractRival):
 
     def finding(self, remainder: Remainder) -> Finding | None:
         """Which share of the tiles is astray."""
-        share = astray(remainder)
-        if share < _SHARE:
+        share, limit = astray(remainder), float(np.clip(_OF_STRUCTURE * remainder.structure, _LEAST, _MOST))
+        if share < limit:
             return None
-        return Finding(self.name, share, _SHARE, "refusal", Reason.RIVAL_ASTRAY(share=share))
+        return Finding(self.name, share, limit, "refusal", Reason.RIVAL_ASTRAY(share=share))
 
 
 def astray(remainder: Remainder) -> float:
