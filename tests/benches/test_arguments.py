@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import jax
 import numpy as np
@@ -59,9 +60,10 @@ def options_of(arguments):
 
     @app.command()
     @with_bench_options
-    def verb(bench: dict, last: int = 1) -> int:
+    def verb(shape: int = 0, last: int = 1, **bench: Any) -> int:
         """A verb."""
-        seen.append((bench, last))
+        assert shape == 0
+        seen.append(({name: value for name, value in bench.items() if value is not None}, last))
         return 0
 
     result = CliRunner().invoke(app, arguments)
