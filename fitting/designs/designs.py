@@ -18,7 +18,7 @@ from fitting.designs.search import BINDS, Search, infeasible
 from fitting.parameters import Deviations, Progress, progress_of
 from fitting.reasons import Reason
 from fitting.studies import says_its_bench
-from newtonjax.numerics import positive, require, require_choice, require_mapping, require_size, require_whole
+from newtonjax.numerics import names_in, positive, require, require_choice, require_mapping, require_size, require_whole
 from newtonjax.scene import Camera, Scene
 
 # Nodes, samples and shifts of the fringes that are searched on, each with those whose forecast judges it: where they
@@ -82,6 +82,8 @@ def design(
     require_choice("robust", robust, ("worst", "mean"))
     for name, table in (("vary", vary), ("choose", choose), ("sd", sd)):
         require_mapping(name, table)
+    if free is not None and not names_in("free", free):
+        raise ValueError("free is empty; allowed: one name or more, or None for what the scene has")
     task = DesignTask(scene, camera, dict(vary), dict(choose or {}), target, free, dict(sd or {}), over)
     limits = Limits(pixels_per_fringe, fill_fraction, *rings)
     for name, value in zip(limits._fields, limits, strict=True):

@@ -23,7 +23,7 @@ EXPONENTS = {"radius": -1, "wavelength": -1, "pixel_size": 2, "gap_index": 1}
 def number(name: str, value) -> float:
     """A finite number out of what was given. Raises ValueError for anything else."""
     try:
-        result = float(np.asarray(value).item()) if is_real(value) else np.nan
+        result = float(value) if is_real(value) and np.ndim(value) == 0 else np.nan
     except (TypeError, ValueError, OverflowError):
         result = np.nan
     if not np.isfinite(result):
@@ -70,6 +70,8 @@ def read_sd(sd: Any) -> tuple[bool, float]:
     text = sd.strip() if isinstance(sd, str) else ""
     is_relative = text.endswith("%")
     try:
+        if not isinstance(sd, str) and np.ndim(sd):
+            return False, np.nan
         return is_relative, 0.01 * float(text[:-1]) if is_relative else float(np.asarray(sd).item())
     except (TypeError, ValueError, OverflowError):
         return is_relative, np.nan

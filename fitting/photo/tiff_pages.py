@@ -14,6 +14,8 @@ HEADS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 # Values of TIFF tags (TIFF 6.0; Adobe's supplement 3): no compression; those of bytes that libtiff unpacks, LZW,
 # deflate twice, PackBits, LZMA and Zstandard; differences of samples, and of the bytes of floats.
 _PLAIN, _PACKED = 1, (5, 8, 32946, 32773, 34925, 50000)
+# Those whose strips or tiles are picture files: JPEG 2000, WebP.
+_PICTURES = (34712, 50001)
 _DIFFERENCES, _FLOAT_DIFFERENCES = 2, 3
 # Photometric interpretations that are light as they stand: white is zero, black is zero, RGB.
 _WHITE_IS_ZERO, _LIGHT = 0, (0, 1, 2)
@@ -71,7 +73,9 @@ def _headless_frames(file: Any) -> Any:
 def _codes(page: Any, path: Path) -> np.ndarray:
     bits, is_light = page.bitspersample, page.photometric in _LIGHT
     if not (is_light and bits in (8, 16, 32, 64) and page.compression in (_PLAIN, *_PACKED)):
-        return _by_pillow(path, page.index)
+        if page.compression in _PICTURES and page.planarconfig == 1 and is_light:
+            return _of_pictures(page)
+        return _by_pillow(path, page)
     if page.compression == _PLAIN:
         codes = page.asarray()
         codes = np.moveaxis(codes, 0, -1) if page.planarconfig == 2 and codes.ndim == 3 else codes
@@ -87,9 +91,33 @@ def _codes(page: Any, path: Path) -> np.ndarray:
     return codes if turn is None else turn(codes)
 
 
-def _by_pillow(path: Path, number: int) -> np.ndarray:
+def _by_pillow(path: Path, page: Any) -> np.ndarray:
     """What has fewer than 8 bits, a palette, inks, or the compression of a JPEG."""
-    return pillow_files.load(path, number)
+    try:
+        return pillow_files.load(path, page.index)
+    except (OSError, ValueError) as error:
+        name = getattr(page.compression, "name", page.compression)
+        raise ValueError(
+            f"{path} is a TIFF of {page.bitspersample} bits with compression {name}, which is not read; save it "
+            "without compression, or with LZW or deflate"
+        ) from error
+
+
+def _of_pictures(page: Any) -> np.ndarray:
+    """Codes of a page whose strips or tiles are each a picture file of its own."""
+    from PIL import Image
+
+    width, height = (page.tilewidth, page.tilelength) if page.is_tiled else (page.imagewidth, page.rowsperstrip)
+    across, codes = -(-page.imagewidth // width), None
+    for number, (offset, count) in enumerate(zip(page.dataoffsets, page.databytecounts, strict=True)):
+        page.parent.filehandle.seek(offset)
+        part = np.asarray(Image.open(BytesIO(page.parent.filehandle.read(count))))
+        if codes is None:
+            codes = np.zeros((page.imagelength, page.imagewidth, *part.shape[2:]), part.dtype)
+        down, along = divmod(number, across)
+        area = codes[down * height : (down + 1) * height, along * width : (along + 1) * width]
+        area[:] = part[: area.shape[0], : area.shape[1]]
+    return codes if codes is not None else np.zeros((0, 0), np.uint8)
 
 
 def _unpacked(page: Any) -> np.ndarray:

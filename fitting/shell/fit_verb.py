@@ -5,6 +5,7 @@ import sys
 import tomllib
 from collections.abc import Mapping
 from importlib.resources import as_file, files
+from itertools import count
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -55,7 +56,10 @@ def run(photo: Path, options: FitOptions, outputs: Outputs) -> int:
 
 
 def _chain(result, outputs: Outputs):
-    """Draws from the posterior; in a folder every step is kept, and a chain that was broken off goes on."""
+    """Draws from the posterior; in a folder every step is kept, and a chain that was broken off goes on.
+
+    With --force that of another fit is put beside: it may have taken hours.
+    """
     from fitting.sampling import WRITING, OtherChainError
 
     file = None if outputs.folder is None else outputs.folder / "chain.h5"
@@ -66,7 +70,9 @@ def _chain(result, outputs: Outputs):
     except OtherChainError:
         if file is None or not outputs.force:
             raise
-        file.unlink()
+        beside = next(path for n in count(1) if not (path := file.with_name(f"chain-{n}.h5")).exists())
+        file.rename(beside)
+        print(f"newtonjax: the draws of another fit are kept in {beside}", file=sys.stderr)
         return fitting.sample(result, path=file, progress=True)
 
 

@@ -61,6 +61,8 @@ def sweep(
     for name, function in (("bench", bench), ("reduce", reduce), ("progress", progress)):
         if not (callable(function) or (function is None and name != "bench")):
             raise ValueError(f"{name} is {shown(function)}; allowed: a function")
+    if reduce is not None:
+        _check_reduce(reduce, camera.shape)
     table = {name: _numbers(name, value) for name, value in values.items()}
     lengths = {name: len(value) for name, value in table.items() if value.ndim}
     if len(set(lengths.values())) != 1:
@@ -86,6 +88,17 @@ def sweep(
         done(number + 1)
     answers = type(pictures[0]).images(pictures, reduce, batch, lambda computed: done(count + computed))
     return answers if jax.config.read("jax_enable_x64") else jax.tree.map(_rounded, answers)
+
+
+def _check_reduce(reduce: Callable[[Array], Any], shape: tuple[int, int]) -> None:
+    """Raise ValueError for what JAX cannot trace; errors of other kinds are the function's own."""
+    try:
+        jax.eval_shape(reduce, jax.ShapeDtypeStruct(shape, float))
+    except TypeError as error:
+        reason = str(error).partition("\n")[0].rstrip(".")[:200]
+        raise ValueError(
+            f"reduce is {shown(reduce)}; allowed: a function of jax.numpy from an image to arrays ({reason})"
+        ) from error
 
 
 def _numbers(name: str, value) -> np.ndarray:

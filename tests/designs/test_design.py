@@ -173,3 +173,8 @@ def test_the_verb_prints_and_writes_a_bench(tmp_path, capsys):
     assert "has no unit" in refusal(capsys, "design", path, "--vary", "field=1:2")
     assert "nothing varies" in refusal(capsys, "design", path)
     assert "give LEAST:MOST" in refusal(capsys, "design", path, *vary, "--rings", "many")
+
+
+def test_a_design_of_nothing_free_is_refused_at_once():
+    with pytest.raises(ValueError, match="free is empty; allowed: one name or more"):
+        fitting.design(SCENE, CAMERA, {"field": (1e-3, 2e-3)}, free=[])

@@ -178,3 +178,18 @@ def test_a_sweep_counts_its_scenes_twice(method):
     nj.sweep(bench, values, CAMERA, method, reduce=jnp.mean, progress=lambda *step: steps.append(step))
     assert steps[:3] == [(1, 6), (2, 6), (3, 6)]
     assert steps[-1] == (6, 6)
+
+
+@pytest.mark.parametrize("reduce", [int, float, np.std, "{}".format, lambda image: image.item()])
+def test_what_jax_cannot_trace_is_no_reduce(reduce):
+    with pytest.raises(ValueError, match="allowed: a function of jax.numpy from an image to arrays") as error:
+        nj.sweep(PAPER, {"radius": [1.0, 2.0]}, CAMERA, reduce=reduce)
+    assert "\n" not in str(error.value)
+
+
+def test_an_error_of_the_users_function_is_his_own():
+    def reduce(image):
+        return {}[image.shape]
+
+    with pytest.raises(KeyError):
+        nj.sweep(PAPER, {"radius": [1.0, 2.0]}, CAMERA, reduce=reduce)
