@@ -21,12 +21,34 @@ def rings(
     seed=0,
     dark=True,
     index=1.0,
+    microscope=True,
 ):
-    """Fringes 0.5 ∓ 0.5 cos(4π n t / λ) of the exact sphere; dark in contact for reflected light."""
+    """Fringes 0.5 ∓ 0.5 cos 2πδ/λ of the exact sphere; dark in contact for reflected light.
+
+    The path difference δ is 2 n t, and what a microscope adds (`added_path`) unless it is not to.
+    """
     r2 = coordinates(shape, centre) * pixel_size**2
-    thickness = gap + r2 / radius / (1 + np.sqrt(1 - r2 / radius**2))
-    image = 0.5 + (-0.5 if dark else 0.5) * np.cos(4 * np.pi * index * thickness / WAVELENGTH)
+    height = gap + r2 / radius / (1 + np.sqrt(1 - r2 / radius**2))
+    path = 2 * index * height
+    if microscope:
+        path = path + added_path(r2 / radius**2, height, gap, "reflected" if dark else "transmitted", index)
+    image = 0.5 + (-0.5 if dark else 0.5) * np.cos(2 * np.pi * path / WAVELENGTH)
     return image + noise * np.random.default_rng(seed).normal(size=shape)
+
+
+def added_path(steepness, height, apex, view, index=1.0, glass=1.5, thickness=5e-3):
+    """What a microscope that looks at the gap adds to 2 n t [m], to the fourth order of the slope.
+
+    `steepness`: (r/R)²; `height`, `apex`: of the gap at the point and at the apex [m]; `glass`: index of lens and
+    plate; `thickness`: of either [m]. Derived in `fitting.model.microscope`, of which this is no copy: it traces rays.
+    """
+    step = glass - index
+    aberration = thickness * (glass**3 - glass) / 8 * steepness**2
+    if view == "reflected":
+        apart = 2 * index * (2 * glass - index) / glass * (height + apex * step / index)
+        return -steepness * (height * step**2 / index + apart) + aberration * ((2 * step / glass) ** 4 - 16)
+    slopes = ((2 * index - step) / glass) ** 4 - (step / glass) ** 4
+    return steepness * height * (2 * step - step**2 / index - 2 * index) + aberration * slopes
 
 
 def bound(noise, radius, pixel_size, shape, centre):

@@ -88,11 +88,11 @@ class GapFringes(AbstractFringes):
         return Fields(phase, np.stack([slopes[name] for name in NUMBERS], axis=1), frame.contrast)
 
     def edges(self, numbers: np.ndarray) -> PhaseAt | None:
-        by_name, unit2 = Numbers(*numbers), self.model.frame.unit**2
+        by_name = Numbers(*numbers)
         if not (rough := [name for name in EDGES if getattr(by_name, name) > 0]):
             return None
         # Only what these numbers do has an edge, in r²: the nodes resolve that, and what else the phase is made of.
-        frame, k = self.model.frame, by_name.curvature / unit2
+        frame = self.model.frame
         touching = by_name._replace(**dict.fromkeys(rough, 0.0))
         smooth = gap_phase.phase(self.model, frame.x, frame.y, np.array(touching)) + self._shift * by_name.curvature
         table = table_of(smooth)
@@ -101,8 +101,8 @@ class GapFringes(AbstractFringes):
         def turns(grid: Grid, rows: slice) -> np.ndarray:
             along_y, along_x = grid.along_y[rows, :NODES], grid.along_x[:, :NODES].T
             r2 = along_y @ square @ along_x
-            share = gap_phase.flattened(r2, unit2, by_name) - gap_phase.flattened(r2, unit2, touching)
-            return along_y @ table @ along_x + k * share
+            share = gap_phase.flattened(self.model, r2, by_name) - gap_phase.flattened(self.model, r2, touching)
+            return along_y @ table @ along_x + share
 
         return turns
 

@@ -7,9 +7,10 @@ from fitting.model.basis import ENVELOPE_NODES as ENVELOPE_NODES
 from fitting.model.basis import degrees as degrees
 from fitting.model.basis import model_coefficients as model_coefficients
 from fitting.model.bench_start import scene_start as scene_start
+from fitting.model.microscope import Microscope as Microscope
+from fitting.model.microscope import microscope_on as microscope_on
 from fitting.model.parts import ADVICE as ADVICE
 from fitting.model.parts import EDGES as EDGES
-from fitting.model.parts import IMITATING as IMITATING
 from fitting.model.parts import LEAVING_OUT as LEAVING_OUT
 from fitting.model.parts import PARTS as PARTS
 from fitting.model.parts import PRICES as PRICES

@@ -117,13 +117,6 @@ class AbstractPart:
         """
         raise NotImplementedError
 
-    def imitates(self, numbers: Numbers, steepness: float, rim: float) -> tuple[str, str] | None:  # noqa: ARG002
-        """What else may look like it: in short, and why it is dropped; None for nothing.
-
-        `steepness`: (r/R)² of the sphere at the rim.
-        """
-        return None
-
     def law(self, numbers: Numbers, present: Collection[str]) -> Law | None:  # noqa: ARG002
         """What it leaves out beside the parts that are there; None for nothing."""
         return None

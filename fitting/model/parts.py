@@ -24,10 +24,10 @@ SEARCHED = {
 }
 ADVICE = {row: text for part in _ORDER for row, text in part.advice.items()}
 PRICES = {part.name: len(part.parameters) if part.price is None else part.price for part in _ORDER}
-# Those that have a method of their own: for the phase, and for what may be taken for them or is left out.
-DISPLACING, REACHING, FLATTENING, IMITATING, LEAVING_OUT, SHOWING = (
+# Those that have a method of their own: for the phase, and for what is left out.
+DISPLACING, REACHING, FLATTENING, LEAVING_OUT, SHOWING = (
     tuple(part for part in _ORDER if getattr(type(part), method) is not getattr(AbstractPart, method))
-    for method in ("displacements", "reach", "flatten", "imitates", "law", "shown")
+    for method in ("displacements", "reach", "flatten", "law", "shown")
 )
 # The numbers of radial powers 1, 2, ... of |u|², pairs of numbers that stretch, and numbers above 0 that make an edge.
 RADIAL = tuple(

@@ -16,6 +16,7 @@ from jaxtyping import Array, Float
 from numpy.polynomial.chebyshev import chebvander
 
 from fitting.model.basis import ENVELOPE, node_grid
+from fitting.model.microscope import Microscope, microscope_on
 from fitting.model.part import Shown
 from fitting.model.parts import FLATTENING, PARTS, SHOWING, WARPS, numbers_of
 from fitting.model.warp import Frame, on_object, reach
@@ -49,13 +50,14 @@ def shown_of(names: tuple[str, ...], numbers: Numbers, length, is_scaled: bool) 
 
 
 class GapModel(eqx.Module):
-    """Fringes localized in the gap: phase 2 n t / λ of the exact sphere, seen along the normal.
+    """Fringes localized in the gap: phase 2 n t / λ of the exact sphere, seen along the normal by a microscope.
 
     Free numbers: turns from curvature at half the image's diagonal (k unit²), centre offset from the middle
     [units], phase [turns], and those of the parts. With c = s/R the sphere's curvature in 1/px, the phase is
     2 k r² / (1 + sqrt(1 - c² r²)) + phase, where parts may change the share k r²; `sphere` holds factor and
     power of c = factor k^power (`parameters.Quantities.sphere`), factor 0 where it is not known: then k r². Of a lens
-    on a curved plate c is the sum of both curvatures, and `plate` the plate's [1/px].
+    on a curved plate c is the sum of both curvatures, and `plate` the plate's [1/px]. `microscope` adds what looking at
+    the gap does to the path difference, a share of some c² r².
     """
 
     words: ClassVar[str] = "2 n t at normal incidence, {sphere}"
@@ -66,6 +68,7 @@ class GapModel(eqx.Module):
     frame: Frame
     sphere: tuple[Float[Array | np.ndarray, ""] | float, Float[Array | np.ndarray, ""] | float]
     plate: Float[Array | np.ndarray, ""] | float = 0.0
+    microscope: Microscope = Microscope()
 
     def __call__(self, free: Float[Array, " free"]) -> Float[Array, "2 nodes"]:
         """Phase [turns] and relative contrast at the nodes."""
@@ -92,12 +95,13 @@ class GapModel(eqx.Module):
         share = r2
         for part in FLATTENING:
             share = part.flatten(share, unit2, numbers)
-        return k * (r2 * spheres + (share - r2)) + numbers.phase
-
-    def steepness(self, numbers: Numbers, rim: float) -> float:
-        """(r/R)² of the sphere where the squared distance from the image's middle is `rim` [half diagonals²]."""
-        (factor, power), unit = self.sphere, self.frame.unit
-        return float(factor * abs(numbers.curvature / unit**2) ** power) ** 2 * rim * unit**2
+        microscope, w, flattened = self.microscope, both**2 * reaching, k * (share - r2)
+        sphere, gap = microscope.sphere + (k / microscope.scale - 1) * microscope.change, microscope.gap
+        per_order, per_turn = (w * sum(at * w**power for power, at in enumerate(table)) for table in (sphere, gap))
+        turns = numbers.phase - microscope.touching
+        # As in `gap_phase`.
+        apex = turns - microscope.modulo * jnp.floor(turns + 0.25)
+        return k * r2 * (spheres + per_order) + flattened + numbers.phase + (flattened + apex) * per_turn
 
     def answer(self, quantities: Quantities, numbers: Numbers, contact_phase: float) -> Answer:
         """What its numbers say, for what is given."""
@@ -120,7 +124,8 @@ class GapModel(eqx.Module):
     def changed(self, quantities: Quantities, numbers: Numbers, name: str, factor: float) -> "GapModel":  # noqa: ARG002
         """The model for other given quantities, one of which was multiplied."""
         scale = float(numbers.curvature) / self.frame.unit**2
-        return replace(self, sphere=quantities.sphere(scale), plate=quantities.plate_curvature)
+        microscope = microscope_on(quantities, numbers, self.frame, self.microscope)
+        return replace(self, sphere=quantities.sphere(scale), plate=quantities.plate_curvature, microscope=microscope)
 
     def traced(self, unknown: str | None, factors: Mapping) -> "GapModel":
         """The model with given quantities multiplied, inside a transformation."""
@@ -128,8 +133,11 @@ class GapModel(eqx.Module):
             # Then the sphere is given: s/R, or with the index free as well.
             factor = self.sphere[0] * factors.get("pixel_size", 1.0) / factors.get("radius", 1.0)
         elif unknown == "radius":
-            factor = self.sphere[0] * factors.get("wavelength", 1.0)
-            factor = factor / (factors.get("gap_index", 1.0) * factors.get("pixel_size", 1.0))
+            longer = factors.get("wavelength", 1.0) / factors.get("gap_index", 1.0)
+            pixel = factors.get("pixel_size", 1.0)
+            # The radius of the microscope's trace goes with another k then.
+            at = self.microscope.scale * pixel**2 / longer
+            return eqx.tree_at(lambda m: (m.sphere[0], m.microscope.scale), self, (self.sphere[0] * longer / pixel, at))
         else:
             factor = factors.get("wavelength", 1.0) / (factors.get("gap_index", 1.0) * factors.get("radius", 1.0))
             factor = self.sphere[0] * jnp.sqrt(factor)
@@ -175,10 +183,6 @@ class SceneModel(eqx.Module):
         along = jnp.asarray(chebvander(chebyshev.nodes(ENVELOPE + 1), _TRACED - 1))
         phase, contrast = jnp.einsum("yj,fji,xi->fyx", along, table, along).reshape(2, -1)
         return jnp.stack([phase, contrast if self.frame.contrast is None else contrast * self.frame.contrast])
-
-    def steepness(self, numbers: Numbers, rim: float) -> float:  # noqa: ARG002
-        """What the gap formula leaves out of a steep sphere's view, a traced bench has."""
-        return 0.0
 
     def answer(self, quantities: Quantities, numbers: Numbers, contact_phase: float) -> Answer:  # noqa: ARG002
         """What its numbers say: the gap is the scene's with the fitted rise, known modulo half a wavelength in it."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from fitting.estimate import FEW, Fitted, finely, frame_on, robust_fit, sharpened
 from fitting.finding import Rings, evidence_of, find_rings, follow, settled, view_of
-from fitting.model import WARPS, GapModel, scene_start
+from fitting.model import WARPS, GapModel, Microscope, microscope_on, scene_start
 from fitting.parameters import (
     AbstractResult,
     Numbers,
@@ -179,7 +179,9 @@ def _plain(task: Task, rings: Rings, before: Fitted | None = None) -> Fitted:
     if before is not None and before.converged:
         starts[0] = before.numbers
     given = task.quantities
+    side = Microscope(touching=task.contact_phase, modulo=float("gap" not in fixed))
     model = GapModel(frame_on(reduced.grid, start), given.sphere(rings.scale), given.plate_curvature)
+    model = replace(model, microscope=microscope_on(given, numbers, frame, side))
     return finely(robust_fit(model, reduced, starts, fixed), photograph)
 
 

@@ -27,6 +27,8 @@ from fitting.photograph.rival import Finding
 _ADVICE = {
     "noise": "more light, more frames, or a mask over what is not rings",
     "sodium's two lines": "fewer rings, or a laser",
+    "glass looked through": "give the bench as a scene, with the index and thickness of its glass",
+    "whole waves of the gap": "hold the gap where it is known (fixed gap)",
     "light behind few fringes": "more rings in the picture, or more even light",
     "form": "turn the lens and take another photograph, mask its rim, or measure its form by itself",
     "view or form": "look along the normal, or take another photograph with the lens turned by 90 degrees",

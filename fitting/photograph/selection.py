@@ -20,10 +20,10 @@ from fitting.estimate import (
     score_drop,
     tukey,
 )
-from fitting.model import IMITATING, PARTS, PRICES, SEARCHED, WARPS, numbers_of
+from fitting.model import PARTS, PRICES, SEARCHED, WARPS, numbers_of
 from fitting.parameters import NUMBERS, Numbers
 from fitting.photo import Photograph, Reduced
-from fitting.photograph.trials import Trial, Trials, is_nested, rim
+from fitting.photograph.trials import Trial, Trials, is_nested
 
 # With fewer fringes than this, parts may be structure of another kind where residuals are correlated more than this.
 _FEW_FOR_PARTS, _STRUCTURED = 12.0, 3.0
@@ -86,15 +86,6 @@ def adapt(
     if not parts and plain.converged and best.solution.chi2 > _ELSEWHERE * trials.plain.solution.chi2:
         return Choice(plain, evidence, photograph, tuple(rivals))
     chosen = _settled(plain, parts, numbers, evidence)
-    edge = rim(photograph.lit)
-    for part in (part for part in IMITATING if part.name in chosen.parts and not wishes.get(part.name)):
-        numbers = Numbers(*chosen.numbers)
-        imitated = part.imitates(numbers, chosen.model.steepness(numbers, edge), edge)
-        if imitated is not None:
-            name, why = imitated
-            evidence[part.name] = f"dropped: {why}"
-            rivals.append((name, chosen))
-            chosen = _settled(plain, _nested(chosen.parts, part.name), plain.numbers, evidence)
     if chosen.parts and chosen.orders < _FEW_FOR_PARTS and judge.inflation > _STRUCTURED and plain.converged:
         rivals.append(("parts not determined by few rings", plain))
     return Choice(chosen, evidence, photograph, tuple(rivals))

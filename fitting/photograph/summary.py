@@ -45,7 +45,7 @@ def report(task: Task, choice: Choice, began: float) -> FitResult:
             common["warnings"] += task.scale.stretch_warning(fit, variance)
         if by_kind["refusal"]:
             return FitResult("refused", by_kind["refusal"][0].words, seconds=time.perf_counter() - began, **common)
-        covariance, rows = image_rows(fit, variance, choice.rivals, given.given.get("wavelength"))
+        covariance, rows = image_rows(fit, variance, choice.rivals, given)
     except np.linalg.LinAlgError as error:
         return FitResult(
             "refused", Reason.UNDETERMINED(error=str(error)), seconds=time.perf_counter() - began, **common

@@ -6,8 +6,19 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 
 from fitting.estimate import Fitted, Normal, bends, eliminate, evaluate, normal_equations, sums
-from fitting.model import BACKGROUND, LEAVING_OUT, PARTS, degrees, numbers_of
-from fitting.parameters import NUMBERS, Numbers
+from fitting.model import (
+    BACKGROUND,
+    LEAVING_OUT,
+    PARTS,
+    GapModel,
+    Microscope,
+    degrees,
+    gap_phase,
+    microscope_on,
+    numbers_of,
+)
+from fitting.parameters import NUMBERS, Numbers, Quantities
+from newtonjax.benches import ARGUMENTS
 
 # A difference between two halves of the field beyond so many standard deviations is the model's, not the noise's.
 _APART = 3.0
@@ -17,19 +28,29 @@ _ROUNDING = 1e-7
 _SODIUM, _LINES = 589.294e-9, 0.597e-9
 # A visibility that falls by less tells nothing, and moves no radius.
 _FADING = 0.003
+# What is assumed of the bench stands in the budget from this share of all else on: less adds half a percent to the sum.
+_COUNTS = 0.1
+# What is assumed of it: arguments of the ready bench, and standard deviations of these. The index of the glass that is
+# looked through (fused silica has 1.46, heavy flint 1.7), its thickness, as a share, and the whole waves of a gap that
+# dust holds open [m]: the root mean square of 0 to 5 um.
+_BENCH = {argument.name: argument.default for argument in ARGUMENTS}
+_INDEX, _THICKNESS, _GAP = 0.1, 0.5, 3e-6
+_GLASS, _WAVES = "glass looked through", "whole waves of the gap"
 
 
 def image_rows(
     fit: Fitted,
     variance: float,
     rivals: tuple[tuple[str, Fitted], ...],
-    wavelength: float | None,
+    known: Quantities,
 ) -> tuple[np.ndarray, list[tuple[str, float]]]:
     """Covariance of all unknowns, and (source, deviation of the curvature) of all that is not a given quantity.
 
     Noise with the parts' numbers held; then what each part's own numbers add; what these leave out; rival models
-    that the image does not rule out; sodium's second line; and what halves of the field differ by beyond their noise.
+    that the image does not rule out; sodium's second line; what halves of the field differ by beyond their noise; and
+    what the model takes for granted of the bench, where that counts.
     """
+    wavelength = known.given.get("wavelength")
     numbers, present = Numbers(*fit.numbers), fit.parts
     laws = [part.law(numbers, present) for part in LEAVING_OUT if part.name in present]
     matrix, held = fit.matrix, [part for part in fit.parts if PARTS[part].parameters]
@@ -51,7 +72,37 @@ def image_rows(
         rows += [("sodium's two lines", row)] if row > 0 else []
     if (apart := halves_apart(fit, variance)) > 0:
         rows.append(("model, by halves of the field", apart))
-    return covariance, rows
+    size = _COUNTS * np.linalg.norm([row for _, row in rows])
+    return covariance, rows + [(name, row) for name, row in _of_assumptions(fit, known) if row > size]
+
+
+def _of_assumptions(fit: Fitted, known: Quantities) -> list[tuple[str, float]]:
+    """Rows of what the gap formula assumes of the bench: changes of the first number by a deviation of each.
+
+    A bench given as a scene says all that, contact or a held gap the whole waves in the gap.
+    """
+    model, numbers = fit.model, Numbers(*fit.numbers)
+    if not isinstance(model, GapModel) or not np.any(model.microscope.sphere):
+        return []
+    microscope, x, y = model.microscope, model.frame.x, model.frame.y
+    glass = "lens" if microscope.touching else "plate"
+
+    def change(view: Microscope, reference: Microscope = microscope) -> np.ndarray:
+        phases = (gap_phase.phase(replace(model, microscope=at), x, y, fit.numbers) for at in (view, reference))
+        return np.subtract(*phases)
+
+    variants = (
+        {f"{glass}_index": _BENCH[f"{glass}_index"] + _INDEX},
+        {f"{glass}_thickness": _BENCH[f"{glass}_thickness"] * (1 + _THICKNESS)},
+    )
+    rows = {_GLASS: [change(microscope_on(known, numbers, model.frame, microscope, **variant)) for variant in variants]}
+    if microscope.modulo and not any(PARTS[part].pins for part in fit.parts):
+        values = known.values(float(numbers.curvature) / model.frame.unit**2)
+        waves = 2 * values["gap_index"] * _GAP / values["wavelength"]
+        closed, held_open = (microscope._replace(modulo=0.0, touching=numbers.phase - turns) for turns in (0.0, waves))
+        rows[_WAVES] = [change(held_open, closed)]
+    crossed = {name: bends(fit.solution, np.stack(changes, axis=1))[0] for name, changes in rows.items()}
+    return [(name, float(np.linalg.norm(Numbers(*fit.matrix.shift(at)).curvature))) for name, at in crossed.items()]
 
 
 def _doublet(fit: Fitted) -> float:
