@@ -10,6 +10,7 @@ import numpy as np
 
 import newtonjax as nj
 from fitting.files import output, png, tiff
+from fitting.parameters import curved_surface, quantities_of
 from fitting.shell import session
 from fitting.shell.bench_options import SCENES, arguments_of_scene, option_name
 from fitting.shell.progress import progress
@@ -209,6 +210,27 @@ def _say(request: Request, camera: nj.Camera, chosen: Chosen, white: float, nois
     else:
         print(f"estimated error: {chosen.phase_error:.2g} turns, {chosen.intensity_error:.2g} of the peak intensity")
     print(f"noise: {noise}")
+    _say_few_fringes(chosen.scene, camera)
+
+
+def _say_few_fringes(scene: nj.Scene, camera: nj.Camera) -> None:
+    """That no ring fits into the picture, as where a radius in millimetres was typed for one in metres.
+
+    Of faces without tilts, whose rings are about the axis.
+    """
+    try:
+        numbers = quantities_of(scene, curved_surface(scene))
+    except ValueError:
+        return
+    if any(np.any(np.asarray(surface.tilt) != 0) for surface in scene.surfaces):
+        return
+    corner = float(np.hypot(*camera.shape)) / 2 * float(camera.pixel_size)
+    fringes = numbers["gap_index"] * corner**2 / (numbers["radius"] * numbers["wavelength"])
+    if fringes < 1:
+        print(
+            f"warning: {fringes:.2g} of a fringe lies between middle and corner, of a radius of "
+            f"{numbers['radius']:g} m: no ring is seen; check the units (scene files are in metres)"
+        )
 
 
 def _say_pairs(splatted: Splatted, beams: int) -> None:

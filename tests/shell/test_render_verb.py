@@ -135,3 +135,10 @@ def test_a_screen_of_2048_pixels_to_a_side_splats_within_a_gigabyte(tmp_path):
     assert int(kibibytes) < 2**20
     assert "4194304" not in done.stdout  # more nodes than pixels
     assert imageio.imread(tmp_path / "a.png").shape == (2048, 2048)
+
+
+@pytest.mark.parametrize(("radius", "is_said"), [("2000m", True), ("2m", False)])
+def test_a_radius_of_which_no_ring_is_seen_is_doubted(capsys, tmp_path, radius, is_said):
+    command = ["render", "reflected", "--radius", radius, "--shape", "64x64", "--pixel-size", "60um"]
+    assert main([*command, "--output", str(tmp_path / "rings.png")]) == 0
+    assert ("of a fringe lies between middle and corner, of a radius of 2000 m" in capsys.readouterr().out) == is_said
