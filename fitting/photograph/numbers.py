@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fitting.estimate import Fitted, bends, fringes_of
-from fitting.model import Distance, free_numbers, shown_of
+from fitting.model import Distance, free_numbers, numbers_of, shown_of
 from fitting.parameters import (
     EXPONENTS,
     NUMBERS,
@@ -157,12 +157,16 @@ def _on_the_mean(
 
 
 def mean_scale(fit: Fitted, numbers: np.ndarray) -> float:
-    """What a distortion makes of the scale on the mean of the field: slope of the object's r² over the image's."""
+    """What a distortion makes of the scale on the mean of the field: slope of the object's r² over the image's.
+
+    A view's stretch is left out: of determinant 1, it keeps the scale, and the slope would depend on the field's sides.
+    """
     frame = fit.model.frame
     rows, columns = np.nonzero(fit.left.weights[thin(fit.left.weights > 0, 20_000)] > 0)
     step = thin(fit.left.weights > 0, 20_000)[0].step
     x, y = fit.reduced.grid.x[columns * step], fit.reduced.grid.y[rows * step]
-    at, unit, middle = Numbers(*numbers), frame.unit, frame.middle
+    at = Numbers(*numbers)._replace(**dict.fromkeys(numbers_of(("oblique_view",)), 0.0))
+    unit, middle = frame.unit, frame.middle
     dx, dy = x - at.centre_x * unit - middle[0], y - at.centre_y * unit - middle[1]
     in_image = dx**2 + dy**2
     in_image = in_image - in_image.mean()

@@ -153,3 +153,14 @@ def test_a_fit_with_a_scene_is_asked_the_same():
     second = np.cos(2 * np.pi * 1.5 * ORDERS * ((x - 110) ** 2 + (y - 190) ** 2) / UNIT**2)
     _, rivals = fired(noisy(image + 0.15 * second), scene=scene)
     assert "second system" in rivals
+
+
+def test_the_scale_of_elliptic_rings_does_not_depend_on_the_sides_of_the_field():
+    """Without a pixel size too it is that of the geometric mean of the radii; a slope over the field was not."""
+    rho, angle = polar()
+    along, across = rho * np.cos(angle), rho * np.sin(angle)
+    turns = ORDERS * (1.05 * along**2 + 0.95 * across**2) + 0.3
+    result, _ = fired(noisy(0.5 + 0.4 * np.cos(2 * np.pi * turns)), pixel_size=None)
+    assert "oblique_view" in result.evidence.found.parts
+    scale = ORDERS / UNIT**2 * np.sqrt(1.05 * 0.95)
+    assert result.fringe_scale_per_px2 == pytest.approx(scale, rel=2e-4)
