@@ -5,6 +5,8 @@ from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from functools import lru_cache
 
+from newtonjax.numerics import shown
+
 # True for a bar on stderr; or a function of the steps done and their number.
 Progress = bool | Callable[[int, int], None] | None
 
@@ -28,7 +30,12 @@ def _libraries(_modules: int):
 
 @contextmanager
 def progress_of(progress: Progress, task: str) -> Generator[Callable[[int, int], None], None, None]:
-    """What a verb calls with the steps done and their number: a bar on a terminal, a function, or nothing."""
+    """What a verb calls with the steps done and their number: a bar on a terminal, a function, or nothing.
+
+    Raises ValueError for anything else.
+    """
+    if not (progress is None or isinstance(progress, bool) or callable(progress)):
+        raise ValueError(f"progress is {shown(progress)}; allowed: True, a function of (steps done, steps), or None")
     if callable(progress):
         yield progress
     elif not progress:

@@ -114,3 +114,9 @@ def test_random_numbers_take_a_seed_that_is_one():
     ):
         with pytest.raises(ValueError, match="seed is -1; allowed: 0 to 4294967295"):
             call()
+
+
+@pytest.mark.parametrize("progress", [np.ones(2), "yes", 3])
+def test_progress_is_a_word_or_a_function(progress):
+    with pytest.raises(ValueError, match=r"progress is .*; allowed: True, a function of .*, or None"):
+        fitting.fit(IMAGE, wavelength=589.3e-9, pixel_size=30e-6, progress=progress)
