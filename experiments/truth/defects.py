@@ -1,9 +1,11 @@
-"""Rendered rings with what real photographs add, in NumPy alone: truth for experiments on the error bar."""
+"""Rings under a microscope with what real photographs add, in NumPy: truth for experiments on the error bar."""
 
 from dataclasses import dataclass, replace
 from io import BytesIO
 
 import numpy as np
+
+from experiments.truth.microscope_view import added_path
 
 WAVELENGTH = 589.3e-9
 # Finest fringe at the far corner [cycles per pixel].
@@ -101,7 +103,7 @@ def phase(case: Case, x: np.ndarray, y: np.ndarray) -> np.ndarray:
             2 * case.radius
         )
         thickness = np.where(r2 > a**2, thickness, 0.0)
-    return 2 * thickness * np.cos(tilt) / WAVELENGTH
+    return (2 * thickness * np.cos(tilt) + added_path(case.radius, r2, case.gap)) / WAVELENGTH
 
 
 def photograph(case: Case):

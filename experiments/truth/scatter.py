@@ -15,17 +15,19 @@ import sys
 import numpy as np
 
 from experiments import records
+from experiments.truth.microscope_view import added_path
 
 WAVELENGTH, SIZE, NOISE, CENTRE = 589.3e-9, 512, 0.05, (13.3, -8.7)
 CASES = {0.1: 5e-6, 0.3: 5e-6, 1.0: 5e-6, 3.0: 10e-6}
 
 
 def model(radius, pixel_size, x0, y0, gap, background=0.5, contrast=0.5):
-    """Exact reflected fringes of a sphere in the gap; nothing of this project in it."""
+    """Reflected fringes of a sphere in the gap, as a microscope sees them."""
     y, x = np.mgrid[:SIZE, :SIZE] - (SIZE - 1) / 2
     r2 = ((x - x0) ** 2 + (y - y0) ** 2) * pixel_size**2
     thickness = gap + r2 / radius / (1 + np.sqrt(1 - r2 / radius**2))
-    return background - contrast * np.cos(4 * np.pi * thickness / WAVELENGTH)
+    path = 2 * thickness + added_path(radius, r2, gap)
+    return background - contrast * np.cos(2 * np.pi * path / WAVELENGTH)
 
 
 def bound(radius: float, pixel_size: float) -> float:
@@ -66,7 +68,7 @@ def run(job):
         radius,
         seed,
         result.radius / radius - 1,
-        result.radius_sd / radius,
+        result.radius_sd_noise / radius,
         result.model["illumination"],
         result.seconds,
     )

@@ -15,7 +15,7 @@ from fitting.estimate.optimum import NormalMatrix, active_mask
 from fitting.estimate.solver import Problem
 from fitting.model import BACKGROUND, degrees
 from fitting.parameters import NUMBERS
-from fitting.photo import Reduced
+from fitting.photo import NODES, Reduced
 
 _CHUNK = 64
 # From an optimum on moments the first step leaves a hundredth of what it moved.
@@ -69,23 +69,21 @@ def _normal_equations(problem: Problem, reduced: Reduced, values: np.ndarray, ac
     )
     faded = fringes.fields(values[:count]).contrast
     fading = None if faded is None else table_of(faded)
-    matrix, gradient = np.zeros((len(values),) * 2), np.zeros(len(values))
+    matrix, gradient, along_x = np.zeros((len(values),) * 2), np.zeros(len(values)), grid.along_x.astype(np.float32)
     for first in range(0, len(reduced.light), _CHUNK):
         rows = slice(first, first + _CHUNK)
         inside = reduced.used[rows]
         if not inside.any():
             continue
         turns, slopes = fringes.slopes_at(grid.x[None], grid.y[rows, None], values[:count])
-        along_y, along_x = grid.along_y[rows], grid.along_x
+        along_y = grid.along_y[rows].astype(np.float32)
         angle = (2 * np.pi * (turns - np.floor(turns)))[inside].astype(np.float32)
         cosine, sine = np.cos(angle), np.sin(angle)
-        polynomials = [
-            (along_y[:, j, None] * along_x[:, i])[inside].astype(np.float32) for j, i in low[: max(lows, highs)]
-        ]
+        polynomials = [(along_y[:, j, None] * along_x[:, i])[inside] for j, i in low[: max(lows, highs)]]
         shade = (
             np.float32(1)
             if fading is None
-            else (along_y[:, :17] @ fading @ along_x[:, :17].T)[inside].astype(np.float32)
+            else (along_y[:, :NODES] @ fading.astype(np.float32) @ along_x[:, :NODES].T)[inside]
         )
         modulus = sum(np.float32(a) * p for a, p in zip(swing[:highs], polynomials, strict=False)) * shade
         turned = np.float32(-2 * np.pi) * modulus * sine
@@ -95,8 +93,9 @@ def _normal_equations(problem: Problem, reduced: Reduced, values: np.ndarray, ac
         residual, weights = reduced.light[rows][inside] - fit, reduced.weights[rows][inside]
         if scale:
             weights = weights * np.maximum(1 - (residual / np.float32(TUKEY * scale)) ** 2, 0) ** 2
-        table = np.stack(columns)
-        weighted = table * weights
-        matrix[np.ix_(used, used)] += weighted @ table.T
-        gradient[used] += weighted @ residual
+        # A product with its own transpose takes half of another's operations.
+        root = np.sqrt(weights)
+        table = np.stack(columns) * root
+        matrix[np.ix_(used, used)] += table @ table.T
+        gradient[used] += table @ (root * residual)
     return matrix, gradient
