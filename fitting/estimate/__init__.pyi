@@ -40,3 +40,4 @@ from fitting.estimate.robust import tukey as tukey
 from fitting.estimate.solver import Problem as Problem
 from fitting.estimate.solver import Solution as Solution
 from fitting.estimate.solver import solve as solve
+from fitting.estimate.solver import stay as stay

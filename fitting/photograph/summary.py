@@ -5,8 +5,10 @@ import time
 import numpy as np
 
 from fitting.estimate import Fitted, Residuals, finest
+from fitting.model import PARTS
 from fitting.parameters import Quantities
 from fitting.photo import Photograph
+from fitting.photograph.camera_prior import with_prior
 from fitting.photograph.numbers import measured
 from fitting.photograph.picture import Picture
 from fitting.photograph.result import Evidence, FitResult
@@ -27,6 +29,10 @@ def report(task: Task, choice: Choice, began: float) -> FitResult:
     """The result of a fit that was not refused; without a radius where the fit does not determine it."""
     fit, given, photograph = choice.found, task.quantities, choice.photograph
     variance, inflation = variance_of(fit)
+    priors = {name: prior for name, prior in task.priors.items() if _is_let(name, task)}
+    if priors and fit.converged and task.scene is None:
+        fit = with_prior(fit, priors, variance)
+        choice = choice._replace(found=fit)
     common = {
         "measured": given.unknown or "radius",
         "explained_variance": fit.explained,
@@ -55,6 +61,11 @@ def report(task: Task, choice: Choice, began: float) -> FitResult:
         return FitResult("refused", Reason.CURVATURE_UNCERTAIN(), seconds=time.perf_counter() - began, **common)
     evidence = Evidence(fit, given, variance, covariance)
     return FitResult(**numbers, seconds=time.perf_counter() - began, evidence=evidence, **common)
+
+
+def _is_let(number: str, task: Task) -> bool:
+    """Whether the user has not excluded the part that a number belongs to."""
+    return all(task.wishes.get(name, True) for name, part in PARTS.items() if number in part.parameters)
 
 
 def variance_of(fit: Fitted) -> tuple[float, float]:

@@ -34,7 +34,7 @@ class Task:
     - `view`: "reflected" or "transmitted"; `scene`: the bench to trace, None for fringes in the gap.
     - `fixed`, `start`: what the user holds, and starts from, by name; `wishes`: whether parts are wanted, by part.
     - `keeps_curve`: whether the user has said how codes follow the light.
-    X    - `priors`: of parts' numbers, by name (value, standard deviation); `scale`: what a grid says of the camera.
+    - `priors`: of parts' numbers, by name (value, standard deviation); `scale`: what a grid says of the camera.
     """
 
     photograph: Photograph

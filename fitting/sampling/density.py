@@ -42,8 +42,9 @@ class Posterior(eqx.Module):
     """The log-posterior of a fit: of the model's free numbers, and of the given quantities with standard deviations.
 
     A point holds the free numbers that move, in units of their noise about where the optimum is for the given
-    quantities, then each of these, in its own standard deviations from its value. The priors are flat in the free
-    numbers and in the coefficients of background and contrast, which are integrated over, and normal in what is given.
+    quantities, then each of these, in its own standard deviations from its value. The priors are normal in what is
+    given and in what a grid says of the camera, and flat in the other free numbers and in the coefficients of
+    background and contrast, which are integrated over. `centre`, `precision`: of the free numbers' priors, precision 0 without one.
     """
 
     model: GapModel | SceneModel
@@ -54,6 +55,8 @@ class Posterior(eqx.Module):
     relative_sd: Float[Array, " given"]
     lean: Float[Array, "moving given"]
     held_turns: Float[Array, ""]
+    centre: Float[Array, " free"]
+    precision: Float[Array, " free"]
     moving: tuple[str, ...] = eqx.field(static=True)
     given: tuple[str, ...] = eqx.field(static=True)
     unknown: str | None = eqx.field(static=True)
@@ -62,10 +65,11 @@ class Posterior(eqx.Module):
     def __call__(self, point: Float[Array, " dimensions"]) -> Float[Array, ""]:
         """Log-density up to a constant; -inf where the moments do not hold it."""
         phase, contrast = self.fields(point)
-        _, factors = self.numbers(point)
+        free, factors = self.numbers(point)
         chi2, volume = _marginal(self.kept, phase, contrast, self.shape)
         steps = point[len(self.moving) :]
-        density = -0.5 * (chi2 / self.variance + volume + steps @ steps)
+        prior = self.precision @ (free - self.centre) ** 2
+        density = -0.5 * (chi2 / self.variance + volume + prior + steps @ steps)
         known = (self._away(phase) < NEAR) & (factors > 0).all() & jnp.isfinite(density)
         return jnp.where(known, density, -jnp.inf)
 
@@ -124,6 +128,7 @@ def posterior(found: Fitted, known: Quantities, variance: float, covariance: np.
     given = tuple(name for name, sd in known.sd.items() if sd) if known.unknown else ()
     gap_is_held = "gap" in found.fixed and found.model.holds_turns
     inner = block_of(covariance, moving)
+    centre, cost = found.solution.problem.pull
     target = Posterior(
         model=as_arrays(found.model),
         kept=_moments(found),
@@ -133,6 +138,8 @@ def posterior(found: Fitted, known: Quantities, variance: float, covariance: np.
         relative_sd=jnp.asarray([known.sd[name] / known.given[name] for name in given]),
         lean=jnp.zeros((len(moving), len(given))),
         held_turns=jnp.asarray(held_turns(found.fixed, known) if gap_is_held else 0.0),
+        centre=jnp.asarray(centre),
+        precision=jnp.asarray(cost / found.solution.problem.variance),
         moving=moving,
         given=given,
         unknown=known.unknown,

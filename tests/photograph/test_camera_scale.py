@@ -107,3 +107,20 @@ def test_the_sodium_lenses_are_stretched_otherwise_than_their_reticle(shared):
     assert any("are stretched by 0.000" in text and "by -0.0038" in text for text in result.warnings)
     # The reticle's sides differ by 0.4 %: of the radius as much.
     assert 0.003 < result.radius_sd / result.radius < 0.006
+
+
+def test_the_grids_distortion_joins_that_of_the_image_as_their_deviations_say():
+    """Two independent normal numbers: precisions add up; and the chain holds the same prior."""
+    image, known = rings(noise=0.02), {"wavelength": WAVELENGTH, "parts": {"distortion": True, "fifth_order": False}}
+    alone = fitting.fit(image, **known, pixel_size=5e-6).parameters["distortion"]
+    sd = 2 * alone.sd
+    grid = scale(distortion=alone.value + 3 * alone.sd, distortion_sd=sd)
+    result = fitting.fit(image, **known, scale=grid)
+    joined, precision = result.parameters["distortion"], 1 / alone.sd**2 + 1 / sd**2
+    mean = (alone.value / alone.sd**2 + grid.distortion / sd**2) / precision
+    assert joined.sd == pytest.approx(precision**-0.5, rel=0.02)
+    assert joined.value == pytest.approx(mean, abs=0.05 * joined.sd)
+    drawn = fitting.sample(result, steps=300, seed=0).of("distortion")
+    assert drawn.std() == pytest.approx(joined.sd, rel=0.15)
+    excluded = fitting.fit(image, wavelength=WAVELENGTH, scale=grid, parts={"distortion": False})
+    assert "distortion" not in excluded.parameters
