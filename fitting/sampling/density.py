@@ -44,7 +44,8 @@ class Posterior(eqx.Module):
     A point holds the free numbers that move, in units of their noise about where the optimum is for the given
     quantities, then each of these, in its own standard deviations from its value. The priors are normal in what is
     given and in what a grid says of the camera, and flat in the other free numbers and in the coefficients of
-    background and contrast, which are integrated over. `centre`, `precision`: of the free numbers' priors, precision 0 without one.
+    background and contrast, which are integrated over. `centre`, `precision`: of the free numbers' priors, precision 0
+    without one.
     """
 
     model: GapModel | SceneModel
