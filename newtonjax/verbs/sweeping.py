@@ -93,7 +93,7 @@ def sweep(
 def _check_reduce(reduce: Callable[[Array], Any], shape: tuple[int, int]) -> None:
     """Raise ValueError for what JAX cannot trace; errors of other kinds are the function's own."""
     try:
-        jax.eval_shape(reduce, jax.ShapeDtypeStruct(shape, jax.numpy.result_type(float)))
+        jax.eval_shape(reduce, jax.ShapeDtypeStruct(shape, jnp.result_type(float)))
     except TypeError as error:
         reason = str(error).partition("\n")[0].rstrip(".")[:200]
         raise ValueError(
