@@ -31,6 +31,8 @@ _MOST_NOISE, _CLEAR = 0.9, 0.85
 # Harmonics that no power law of a camera leaves of two beams' fringes: rings have up to 0.07, Fabry and Perot's 0.43
 # and 0.2.
 _SECOND, _THIRD = 0.2, 0.12
+# Share of both below which no exponent of the light need be looked for.
+_SMALL = 0.5
 # Harmonics are judged where more than this share of the lit pixels is not saturated.
 _UNCUT = 0.8
 
@@ -195,12 +197,21 @@ class Tiles:
 
     @property
     def harmonics(self) -> tuple[float, float]:
-        """Second and third harmonic over the first, after the exponent of the light that makes the second least."""
+        """Second and third harmonic over the first: of the light as it is where they are small, else after an exponent.
+
+        The exponent is the one that makes the second least; it takes nine times as long.
+        """
+        second, third = self._harmonics(self.light[..., None])
+        if abs(second) < _SMALL * _SECOND and abs(third) < _SMALL * _THIRD:
+            return second, third
+        brightness = np.log(np.maximum(self.light / (self.light.max() or 1.0), 1e-6))[..., None]
+        return self._harmonics(np.exp(brightness * _EXPONENTS.astype(np.float32)))
+
+    def _harmonics(self, images: np.ndarray) -> tuple[float, float]:
+        """Of the one of images [rows, columns, pixels, k] whose second is least; 0 without fringes."""
         _, by_cosines, amplitude = self.waves
         phase = self.phase + np.angle(amplitude).astype(np.float32)[..., None]
-        brightness = np.log(np.maximum(self.light / (self.light.max() or 1.0), 1e-6))[..., None]
-        raised = np.exp(brightness * _EXPONENTS.astype(np.float32))
-        _, coefficients = self._least_squares(raised, [np.cos(k * phase) for k in (1, 2, 3)])
+        _, coefficients = self._least_squares(images, [np.cos(k * phase) for k in (1, 2, 3)])
         first, second, third = ((by_cosines[..., None] * coefficients[..., k, :]).sum(axis=(0, 1)) for k in (3, 4, 5))
         if not np.all(first > 0):  # no fringes, whose harmonics could be told
             return 0.0, 0.0
