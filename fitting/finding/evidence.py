@@ -32,7 +32,7 @@ _MOST_NOISE, _CLEAR = 0.9, 0.85
 # and 0.2.
 _SECOND, _THIRD = 0.2, 0.12
 # Share of both below which no exponent of the light need be looked for.
-_SMALL = 0.5
+_SMALL = 0.75
 # Harmonics are judged where more than this share of the lit pixels is not saturated.
 _UNCUT = 0.8
 
