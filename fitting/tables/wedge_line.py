@@ -24,9 +24,13 @@ _COUNTED = ("wavelength", "gap_index")
 
 
 class _Line(NamedTuple):
-    """The line through the readings used [readings], the variance of unit weight, its degrees of freedom, warnings."""
+    """The line through the readings used [readings], the variance of unit weight, its degrees of freedom, warnings.
+
+    `sign`: -1 where positions fall with the orders; the line is that of the position times it.
+    """
 
     line: Regression
+    sign: float
     used: np.ndarray
     variance: float
     freedom: float
@@ -90,7 +94,7 @@ def _outcome(
     """Status, message, the values of the result by name, and warnings."""
     if (count := len(np.unique(read.order))) < 3:
         return "refused", Reason.FEW_FRINGES_OF_WEDGE(count=count), {}, []
-    line, used, variance, freedom, warnings = _line(read)
+    line, sign, used, variance, freedom, warnings = _line(read)
     spacing, spacing_sd = line.slope, float(np.sqrt(variance / line.spread))
     quantile = float(stats.t.ppf(0.975, freedom)) if np.isfinite(freedom) else float(stats.norm.ppf(0.975))
     if spacing <= quantile * spacing_sd:
@@ -105,7 +109,6 @@ def _outcome(
     # d tan α = dα / cos² α.
     per_slope = slope / (1 + slope**2)
     level = float(line.intercept())
-    sign = 1.0 if np.polyfit(read.order, read.radius, 1)[0] > 0 else -1.0
     residual = read.radius - sign * (line.slope * read.order + level)
     flags = np.where(used, "", "off the line, left out")
     values: dict[str, Any] = {
@@ -160,7 +163,7 @@ def _line(read: Readings) -> _Line:
     if read.sd is not None and stats.chi2.sf(line.chi2, line.freedom) > 0.1:
         variance, freedom = 1.0, np.inf
     warnings += _contradiction(line, floor)
-    return _Line(line, used, variance, freedom, warnings)
+    return _Line(line, sign, used, variance, freedom, warnings)
 
 
 def _contradiction(line: Regression, floor: float) -> list[Statement]:
