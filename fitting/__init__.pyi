@@ -1,7 +1,5 @@
 """fitting: the layer that turns an image of rings into a lens radius with a standard deviation."""
 
-from fitting.designs import Design as Design
-from fitting.designs import design as design
 from fitting.parameters import Parameter as Parameter
 from fitting.photo import Photograph as Photograph
 from fitting.photo import read as read
@@ -16,12 +14,14 @@ from fitting.sampling import Chain as Chain
 from fitting.sampling import LogPosterior as LogPosterior
 from fitting.sampling import log_posterior as log_posterior
 from fitting.sampling import sample as sample
+from fitting.studies import Design as Design
 from fitting.studies import Information as Information
 from fitting.studies import Measurement as Measurement
 from fitting.studies import Sensitivity as Sensitivity
 from fitting.studies import Spread as Spread
 from fitting.studies import Tradeoff as Tradeoff
 from fitting.studies import derivative_images as derivative_images
+from fitting.studies import design as design
 from fitting.studies import information as information
 from fitting.studies import measurement as measurement
 from fitting.studies import sensitivity as sensitivity

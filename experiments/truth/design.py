@@ -26,10 +26,10 @@ from matplotlib.figure import Figure
 import fitting
 import newtonjax as nj
 from experiments import records
-from fitting.designs.job import DesignTask
-from fitting.designs.prospects import Limits, forecast
 from fitting.parameters import chosen, free_names, knobs
+from fitting.studies.design_job import DesignTask
 from fitting.studies.electrons import photoelectrons, variance
+from fitting.studies.prospects import Limits, forecast
 from newtonjax.verbs.normal import from_coefficients
 
 jax.config.update("jax_enable_x64", True)

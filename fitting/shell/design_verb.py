@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting.designs import Design, design, with_field
 from fitting.files import output
 from fitting.parameters import knobs, target_first
 from fitting.shell import assignments, session
 from fitting.shell.answer import as_png, with_file
+from fitting.studies import Design, design, with_field
 from newtonjax.benches import scene_text
 
 _FILES = ("design.csv", "design.json", "design.png", "design.toml")

@@ -1,4 +1,4 @@
-"""What an image would determine of a bench: information, sensitivity, spread, speed."""
+"""What an image would determine of a bench: information, sensitivity, spread, speed; the bench that measures best."""
 
 from newtonjax.doors import door
 

@@ -1,14 +1,12 @@
-"""What an image would determine of a bench: information, sensitivity, spread, speed."""
+"""What an image would determine of a bench: information, sensitivity, spread, speed; the bench that measures best."""
 
-from fitting.studies.bench_origin import says_its_bench as says_its_bench
-from fitting.studies.electrons import Moves as Moves
-from fitting.studies.electrons import moved as moved
-from fitting.studies.electrons import tables as tables
+from fitting.studies.design_job import with_field as with_field
+from fitting.studies.design_result import Design as Design
+from fitting.studies.designs import design as design
 from fitting.studies.fisher import information as information
 from fitting.studies.implicit import Measurement as Measurement
 from fitting.studies.implicit import measurement as measurement
 from fitting.studies.information_result import Information as Information
-from fitting.studies.refusal import UndeterminedError as UndeterminedError
 from fitting.studies.refusal import exit_status as exit_status
 from fitting.studies.sensitivities import derivative_images as derivative_images
 from fitting.studies.sensitivities import sensitivity as sensitivity

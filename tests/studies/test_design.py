@@ -10,9 +10,9 @@ from shell import refusal
 
 import fitting
 import newtonjax as nj
-from fitting.designs.job import DesignTask
-from fitting.designs.prospects import LIMITS, Limits, deviations, forecast, prospects
 from fitting.shell.cli import main
+from fitting.studies.design_job import DesignTask
+from fitting.studies.prospects import LIMITS, Limits, deviations, forecast, prospects
 
 SCENE = nj.newton_rings(2.0, 550e-9, 0.3e-6, "reflected", screen="gap")
 CAMERA = nj.Camera((200, 240), 20e-6)

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize, nnls
 
-from fitting.designs.job import DesignTask
-from fitting.designs.prospects import LIMITS, Bench, Layout, prospects
 from fitting.reasons import Reason
-from fitting.studies import UndeterminedError
+from fitting.studies.design_job import DesignTask
+from fitting.studies.prospects import LIMITS, Bench, Layout, prospects
+from fitting.studies.refusal import UndeterminedError
 
 # A limit or a bound binds from so near on.
 BINDS = 1e-3

@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float
 from numpy.polynomial.chebyshev import chebder, chebvander
 
 from fitting.parameters import one_blas_thread
-from fitting.studies import Moves, moved, tables
+from fitting.studies.electrons import Moves, moved, tables
 from newtonjax.numerics import Jet, jets
 from newtonjax.scene import Camera, Scene, middle
 

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from fitting.designs.prospects import FIELD, Bench, Layout, Limits
 from fitting.parameters import (
     Knob,
     ParameterSpec,
@@ -15,6 +14,7 @@ from fitting.parameters import (
     still,
     target_first,
 )
+from fitting.studies.prospects import FIELD, Bench, Layout, Limits
 from newtonjax.numerics import require, shown
 from newtonjax.scene import Camera, Scene, middle
 

@@ -11,13 +11,13 @@ import numpy as np
 from jaxtyping import Float
 from scipy.stats import qmc
 
-from fitting.designs.design_result import Design
-from fitting.designs.job import DesignTask
-from fitting.designs.prospects import LIMITS, Bench, Layout, Limits, forecast
-from fitting.designs.search import BINDS, Search, infeasible
 from fitting.parameters import Deviations, Progress, progress_of
 from fitting.reasons import Reason
-from fitting.studies import says_its_bench
+from fitting.studies.bench_origin import says_its_bench
+from fitting.studies.design_job import DesignTask
+from fitting.studies.design_result import Design
+from fitting.studies.design_search import BINDS, Search, infeasible
+from fitting.studies.prospects import LIMITS, Bench, Layout, Limits, forecast
 from newtonjax.numerics import names_in, positive, require, require_choice, require_mapping, require_size, require_whole
 from newtonjax.scene import Camera, Scene
 

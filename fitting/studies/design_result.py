@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from fitting.designs.search import Binding
 from fitting.parameters import AbstractResult, Origin, common_from
+from fitting.studies.design_search import Binding
 from newtonjax.benches import scene_from_text, scene_text
 from newtonjax.scene import Camera, Scene
 
@@ -48,7 +48,7 @@ class Design(AbstractResult):
 
         With `ax` the image alone.
         """
-        from fitting.designs.figure import of_design
+        from fitting.studies.design_figure import of_design
 
         return of_design(self, ax)
 

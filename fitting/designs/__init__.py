@@ -1,5 +1,0 @@
-"""Benches that measure best."""
-
-from newtonjax.doors import door
-
-__getattr__, __dir__, __all__ = door(__name__)
