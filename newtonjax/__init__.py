@@ -2,7 +2,7 @@
 
 from newtonjax.doors import door
 
-_exported, __dir__, __all__ = door(__name__)
+_exported, __dir__ = door(__name__)
 
 
 def __getattr__(name: str):

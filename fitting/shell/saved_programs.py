@@ -87,7 +87,7 @@ class SavedProgram:
             return None
         with contextlib.suppress(OSError):
             self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            neighbour = self._folder / f".{secrets.token_hex(8)}.part"
+            neighbour = self._folder / f".{os.getpid()}.{secrets.token_hex(8)}.part"
             neighbour.write_bytes(pickle.dumps((code, result)))
             neighbour.chmod(0o600)
             os.replace(neighbour, self._path(kind))

@@ -1,6 +1,7 @@
 """Signals end the command at once, whatever it does; nothing half written stays, and what is complete is named."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -33,6 +34,29 @@ with stopping.watched():
             except BaseException:
                 pass
 """
+# The command, to which a signal comes while it imports.
+IMPORTING = """
+import os, signal, sys
+class Sender:
+    def find_spec(self, name, *_):
+        if name == "typer":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Sender())
+from fitting.shell.entry import main
+sys.exit(main())
+"""
+# A verb in a step that is not to be broken off, and that does not end.
+STUCK = """
+import threading, time
+from pathlib import Path
+from fitting.shell import stopping
+stopping._PATIENCE = stopping._LIMIT = 1000.0
+lock = threading.Lock()
+with stopping.watched(), lock:
+    stopping.keep(Path("step"), "stays", lock)
+    print("ready", flush=True)
+    time.sleep(1000.0)
+"""
 
 
 def started(*command) -> subprocess.Popen:
@@ -52,6 +76,48 @@ def test_a_signal_ends_what_swallows_exceptions_and_removes_what_is_half_written
     assert process.returncode == status
     assert said == f"newtonjax: stopped by {name}; complete: {tmp_path / 'complete.txt'}\n"
     assert [path.name for path in tmp_path.iterdir()] == ["complete.txt"]
+
+
+def test_a_signal_while_the_command_is_imported_prints_no_traceback():
+    process = started("-c", IMPORTING, "--help")
+    assert process.communicate(timeout=PATIENCE) == ("", "")
+    assert process.returncode == -signal.SIGINT
+
+
+def test_a_second_signal_ends_at_once_what_the_first_waits_for():
+    process = started("-c", STUCK)
+    assert process.stdout.readline() == "ready\n"
+    process.send_signal(signal.SIGINT)
+    time.sleep(0.6)  # a second one within 0.3 s is taken for the first one's echo
+    assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    assert process.communicate(timeout=PATIENCE) == ("", "")
+    assert process.returncode == 130
+
+
+def test_a_signal_that_the_parent_ignores_stays_ignored(tmp_path):
+    process = started("-c", f"import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n{WRITER}", tmp_path)
+    assert process.stdout.readline() == "ready\n"
+    process.send_signal(signal.SIGHUP)
+    process.send_signal(signal.SIGTERM)
+    _, message = process.communicate(timeout=PATIENCE)
+    assert "stopped by SIGTERM" in message
+    assert process.returncode == 143
+
+
+def test_a_program_that_may_be_half_written_does_not_stay_in_the_cache(tmp_path):
+    fresh, old = tmp_path / "fresh-cache", tmp_path / "old-cache"
+    for path in (fresh, old):
+        path.write_bytes(b"half of it")
+    os.utime(old, (0, 0))
+    program = f"from fitting.shell import stopping; stopping.watch_cache(Path({str(tmp_path)!r}))"
+    process = started("-c", f"from pathlib import Path; {program}\n{WRITER}", tmp_path / "results")
+    assert process.stdout.readline() == "ready\n"
+    fresh.touch()
+    process.send_signal(signal.SIGTERM)
+    process.communicate(timeout=PATIENCE)
+    assert old.exists()
+    assert not fresh.exists()
 
 
 def test_a_chain_that_is_stopped_leaves_the_fit_and_its_own_steps(tmp_path):
