@@ -1,5 +1,6 @@
 """fitting: the layer that turns an image of rings into a lens radius with a standard deviation."""
 
+from fitting.batches import Batch as Batch
 from fitting.parameters import Parameter as Parameter
 from fitting.photo import Photograph as Photograph
 from fitting.photo import read as read
@@ -14,6 +15,7 @@ from fitting.sampling import Chain as Chain
 from fitting.sampling import LogPosterior as LogPosterior
 from fitting.sampling import log_posterior as log_posterior
 from fitting.sampling import sample as sample
+from fitting.shell import batch as batch
 from fitting.studies import Design as Design
 from fitting.studies import Information as Information
 from fitting.studies import Measurement as Measurement

@@ -1,1 +1,3 @@
 """The command `newtonjax`."""
+
+from fitting.shell.photographs import batch as batch

@@ -10,6 +10,7 @@ import typer
 
 from fitting.files import output
 from fitting.shell import stopping
+from fitting.shell.batch_command import batch
 from fitting.shell.bench_options import with_bench_options
 from fitting.shell.measuring_verbs import fit, rings, scale
 from fitting.shell.options import Bits, Epsilon, Force, ScreenPixel, Shape
@@ -133,7 +134,7 @@ def render(
     return render_verb.run(what)
 
 
-for measuring in (fit, scale, rings):
+for measuring in (fit, batch, scale, rings):
     app.command()(measuring)
 for study in (tradeoff, sensitivity, design):
     app.command()(study)

@@ -44,7 +44,7 @@ def run(photo: Path, options: FitOptions, outputs: Outputs) -> int:
     outputs = outputs._replace(more=("report.html", *pictures))
     _check(photo, options, outputs)
     session.prepare()
-    arguments = _arguments(options)
+    arguments = arguments_of(options)
     with progress(f"fitting {photo.name}"):
         result = fitting.fit(photo, **arguments)
     if not options.mcmc or result.evidence is None:
@@ -113,18 +113,29 @@ def demo(folder: Path, force: bool) -> int:
 
 def _check(photo: Path, options: FitOptions, outputs: Outputs) -> None:
     """Refuse before anything slow starts what cannot be read or written."""
-    read = {photo: "photograph", options.scene: "scene", options.mask: "mask", options.scale_from: "scale's JSON"}
-    for path, what in read.items():
-        if path is not None and not path.is_file():
-            raise FileNotFoundError(f"{path} is not a file; give the path of a {what}")
-    if options.scale_from is not None and options.pixel_size is not None:
-        raise ValueError("--scale-from and --pixel-size both give the pixel size; leave one out")
+    check_files({photo: "photograph"})
+    check_options(options)
     if options.mcmc and options.plate_radius is not None:
         raise ValueError("--mcmc draws the rings' own radius; leave --plate-radius out, and take the plate off after")
+    read = photo, options.scene, options.mask, options.scale_from
     outputs.check(tuple(filter(None, read)))
 
 
-def _arguments(options: FitOptions) -> dict:
+def check_files(roles: Mapping[Path | None, str]) -> None:
+    """Raises FileNotFoundError for a path that is no file, with its role."""
+    for path, role in roles.items():
+        if path is not None and not path.is_file():
+            raise FileNotFoundError(f"{path} is not a file; give the path of a {role}")
+
+
+def check_options(options: FitOptions) -> None:
+    """Refuse files that are not there, and a pixel size that is given twice."""
+    check_files({options.scene: "scene", options.mask: "mask", options.scale_from: "scale's JSON"})
+    if options.scale_from is not None and options.pixel_size is not None:
+        raise ValueError("--scale-from and --pixel-size both give the pixel size; leave one out")
+
+
+def arguments_of(options: FitOptions) -> dict:
     """The arguments of `fitting.fit`; what a scene file says stands in for what was not given."""
     arguments: dict[str, Any] = {
         "wavelength_sd": options.wavelength_sd,

@@ -9,6 +9,7 @@ from fitting.shell import quantities
 from fitting.shell.options import (
     Force,
     Json,
+    KnownRadius,
     MaskImage,
     OutputDir,
     Page,
@@ -17,6 +18,7 @@ from fitting.shell.options import (
     PlateRadius,
     PlateSd,
     ScaleFrom,
+    SceneFile,
     Transfer,
     View,
     Wave,
@@ -36,16 +38,9 @@ def fit(
     pixel_size: Pixel = None,
     pixel_size_sd: PixelSd = None,
     wavelength_sd: WaveSd = None,
-    radius: Annotated[
-        float | None,
-        option(
-            quantities.positive_length, "LENGTH", "Known radius; then the wavelength or the pixel size is measured."
-        ),
-    ] = None,
+    radius: KnownRadius = None,
     view: View = None,
-    scene: Annotated[
-        Path | None, typer.Option(metavar="SCENE.toml", help="Scene to trace instead of the gap formula.")
-    ] = None,
+    scene: SceneFile = None,
     transfer: Transfer = None,
     scale_from: ScaleFrom = None,
     plate_radius: PlateRadius = None,

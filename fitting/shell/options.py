@@ -65,7 +65,7 @@ def own_columns(texts: list[str]) -> dict[str, str]:
     return columns
 
 
-def _transfer(text: str) -> float | str:
+def transfer_curve(text: str) -> float | str:
     if text in ("linear", "srgb"):
         return text
     try:
@@ -104,6 +104,13 @@ ScreenPixel = Annotated[
 ]
 PixelSd = Annotated[Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of the pixel size.")]
 WaveSd = Annotated[Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of the wavelength.")]
+KnownRadius = Annotated[
+    float | None,
+    option(quantities.positive_length, "LENGTH", "Known radius; then the wavelength or the pixel size is measured."),
+]
+SceneFile = Annotated[
+    Path | None, typer.Option(metavar="SCENE.toml", help="Scene to trace instead of the gap formula.")
+]
 View = Annotated[
     Literal["reflected", "transmitted"] | None,
     typer.Option(help="Side that the rings are seen on.", show_default="reflected"),
@@ -114,7 +121,8 @@ OutputDir = Annotated[
 ]
 Json = Annotated[str | None, typer.Option("--json", metavar="FILE|-", help="Write the answer as JSON (- is stdout).")]
 Transfer = Annotated[
-    Any, option(_transfer, "linear|srgb|GAMMA", "Transfer curve of the file. Default: 8 bits sRGB, 16 bits linear.")
+    Any,
+    option(transfer_curve, "linear|srgb|GAMMA", "Transfer curve of the file. Default: 8 bits sRGB, 16 bits linear."),
 ]
 ScaleFrom = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Pixel size and distortion, from the JSON of `newtonjax scale`.")

@@ -37,6 +37,9 @@ def photographs(tmp_path_factory) -> Path:
     imsave(folder / "reticle.jpg", _codes(0.5 + 0.2 * sum(np.tanh(5 * (line - 0.8)) for line in lines)))
     squared = ((x - 200.0) ** 2 + (y - 150.0) ** 2) * 3e-4
     frames = [_codes(0.5 - 0.3 * np.cos(2 * np.pi * (squared + turns))) for turns in (0.0, 0.1)]
+    (folder / "photos").mkdir()
+    for name in ("first.png", "second.png"):
+        shutil.copy(sample, folder / "photos" / name)
     imsave(folder / "film.tif", np.stack(frames), check_contrast=False)
     return folder
 
@@ -51,7 +54,7 @@ def test_the_python_of_a_page_runs_as_it_stands(page, photographs, monkeypatch, 
     monkeypatch.chdir(photographs)
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(encoding="utf-8"), flags=re.S)
     assert blocks
-    names = {}
+    names = {"__name__": "__main__"}
     for block in blocks:
         exec(compile(block, page, "exec"), names)  # noqa: S102  # the pages are our own
     assert capsys.readouterr().out
