@@ -15,7 +15,7 @@ import numpy as np
 import tomli_w
 
 import newtonjax as nj
-from fitting.files import png
+from fitting.parameters import png
 
 RADIUS, WAVELENGTH, PIXEL_SIZE = 0.8462, 589.294e-9, 8e-6
 SHAPE, CENTRE_PX, SEED = (480, 640), (352.4, 217.8), 20210

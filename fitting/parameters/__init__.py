@@ -1,4 +1,4 @@
-"""The numbers of a bench and of a photograph by name, and what may be given of them."""
+"""The numbers of a bench and of a photograph by name, what may be given of them, and files of results written whole."""
 
 from newtonjax.doors import door
 

@@ -1,5 +1,8 @@
-"""The numbers of a bench and of a photograph by name, and what may be given of them."""
+"""The numbers of a bench and of a photograph by name, what may be given of them, and files of results written whole."""
 
+from fitting.parameters import output as output
+from fitting.parameters import png as png
+from fitting.parameters import tiff as tiff
 from fitting.parameters.bench import Knob as Knob
 from fitting.parameters.bench import change as change
 from fitting.parameters.bench import chosen as chosen
@@ -28,6 +31,7 @@ from fitting.parameters.fringe_scale import lensless as lensless
 from fitting.parameters.fringe_scale import number as number
 from fitting.parameters.fringe_scale import quantities as quantities
 from fitting.parameters.fringe_scale import read_sd as read_sd
+from fitting.parameters.html import page as page
 from fitting.parameters.parameter import Parameter as Parameter
 from fitting.parameters.parameter import parameters_from as parameters_from
 from fitting.parameters.result import AbstractResult as AbstractResult

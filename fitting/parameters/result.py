@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar, cast
 
 import numpy as np
 
-from fitting.files import output
+from fitting.parameters import output
 from newtonjax.numerics import Statement
 
 # What two results may differ in and still say the same.

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from fitting.files import output
+from fitting.parameters import output
 
 _EXIT = {"ok": 0, "no-scale": 0, "refused": 3, "not-converged": 4}
 _NAMES = {"picture": "result.png", "report": "report.txt", "json": "result.json"}

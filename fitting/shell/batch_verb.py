@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fitting.batches import FAILED, Batch, Tally, follow, photographs, rows_of
-from fitting.files import output
+from fitting.parameters import output
 from fitting.shell import stopping
 from fitting.shell.answer import as_png
 from fitting.shell.batch_progress import progress_line

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from fitting.files import output
+from fitting.parameters import output
 from fitting.shell import stopping
 from fitting.shell.batch_command import batch
 from fitting.shell.bench_options import with_bench_options

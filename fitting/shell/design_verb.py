@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting.files import output
-from fitting.parameters import knobs, target_first
+from fitting.parameters import knobs, output, target_first
 from fitting.shell import assignments, session
 from fitting.shell.answer import as_png, with_file
 from fitting.studies import Design, design, with_field

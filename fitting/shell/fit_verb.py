@@ -84,7 +84,7 @@ def _extras(result, photo: Path, chain) -> Extras:
         if chain is not None:
             added = {"corner.png": as_png(chain.figure()), "trace.png": as_png(chain.trace_figure())}
             pictures |= {"Posterior": added["corner.png"], "Chain": added["trace.png"]}
-        from fitting.files import page
+        from fitting.parameters import page
 
         return {**added, "report.html": page(result, photo, command, pictures, chain)}
 

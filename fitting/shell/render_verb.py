@@ -9,8 +9,7 @@ import jax
 import numpy as np
 
 import newtonjax as nj
-from fitting.files import output, png, tiff
-from fitting.parameters import curved_surface, quantities_of
+from fitting.parameters import curved_surface, output, png, quantities_of, tiff
 from fitting.shell import session
 from fitting.shell.bench_options import SCENES, arguments_of_scene, option_name
 from fitting.shell.progress import progress

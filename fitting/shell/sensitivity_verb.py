@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.files import output
-from fitting.parameters import knobs
+from fitting.parameters import knobs, output
 from fitting.shell import assignments, session
 from fitting.shell.answer import as_png, with_file
 from fitting.shell.progress import progress

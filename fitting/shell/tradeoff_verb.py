@@ -5,7 +5,7 @@ import io
 from dataclasses import asdict
 from pathlib import Path
 
-from fitting.files import output
+from fitting.parameters import output
 from fitting.shell import session
 from fitting.shell.answer import as_png, with_file
 from fitting.studies import Tradeoff, tradeoff

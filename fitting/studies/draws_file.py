@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.io import netcdf_file
 
-from fitting.files import output
+from fitting.parameters import output
 
 _ROW = "draw"
 

@@ -15,8 +15,8 @@ from scipy import ndimage
 
 import fitting
 import newtonjax as nj
-from fitting.files import output
 from fitting.finding import find_rings
+from fitting.parameters import output
 from fitting.photo import read
 from fitting.shell import quantities
 from newtonjax.fields import fields_at

@@ -94,7 +94,7 @@ def test_a_photograph_without_permission_is_refused(tmp_path, capsys):
 
 
 def test_a_full_disk_at_the_report_leaves_nothing_half_written(tmp_path, monkeypatch):
-    from fitting.files import output
+    from fitting.parameters import output
 
     def full(self, data):
         raise OSError(errno.ENOSPC, "No space left on device", str(self))

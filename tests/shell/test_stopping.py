@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from fitting.files import output
+from fitting.parameters import output
 
 SAMPLE = Path(__file__).resolve().parents[2] / "fitting/data/sample.png"
 # Long enough for the busiest machine; none of these tests is a measurement of time.
@@ -19,7 +19,7 @@ PATIENCE = 120.0
 WRITER = """
 import sys, time
 from pathlib import Path
-from fitting.files import output
+from fitting.parameters import output
 from fitting.shell import stopping
 folder = Path(sys.argv[1])
 with stopping.watched():

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fitting.files import output, png
+from fitting.parameters import output, png
 
 
 def test_files_are_replaced_only_when_asked(tmp_path):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting.files import output, png
+from fitting.parameters import output, png
 
 
 def write(path: Path, shape: tuple[int, int], blocks: Iterable[tuple[int, np.ndarray]], bits: int, force: bool) -> None:
