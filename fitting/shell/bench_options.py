@@ -13,7 +13,8 @@ _ALSO = {"wavelength": " Or a line such as sodium.", "names": " As in direct,R2-
 # The scenes of the verb `render` that are ready benches. A view is named instead of its bench.
 SCENES = {"transmitted": "newton_rings", "reflected": "newton_rings", "wedge": "air_wedge"}
 _METAVARS = {
-    "length": "LENGTH", "wavelength": "LENGTH|LINE", "screen": "LENGTH|gap", "angle": "ANGLE", "angles": "ANGLE,ANGLE",
+    "length": "LENGTH", "wavelength": "LENGTH|LINE", "light": "LAMP", "screen": "LENGTH|gap",
+    "angle": "ANGLE", "angles": "ANGLE,ANGLE",
     "index": "NUMBER", "fraction": "NUMBER", "names": "NAMES",
 }  # fmt: skip
 
@@ -45,6 +46,7 @@ def _reader(argument: Argument) -> Callable[[str], Any]:
         return quantities.positive_length if argument.test in ("wavelength", "thickness") else quantities.length
     readers = {
         "wavelength": lamps.wavelength,
+        "light": lamps.light,
         "screen": _screen,
         "angle": quantities.angle,
         "angles": _angles,

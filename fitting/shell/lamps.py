@@ -3,26 +3,15 @@
 from typing import NamedTuple
 
 from fitting.shell.quantities import positive_length
+from newtonjax.scene import LAMPS, LINES
 
 # What the mean of a doublet may be off its middle [m]: lines that a dense vapour makes equal, or 2 : 1 of a thin one,
 # evenly spread between.
 _MEAN_SD = {"sodium": 0.0575e-9, "mercury-yellow": 0.2e-9}
-# In standard air [m] (NIST Atomic Spectra Database; the laser's vacuum line 632.9912 nm of the mise en pratique of the
-# metre over 1.000277). "sodium" and "mercury-yellow" are the middles of their doublets.
-_IN_AIR = {
-    "sodium": 589.294e-9,
-    "sodium-d1": 589.5924e-9,
-    "sodium-d2": 588.9950e-9,
-    "hene": 632.8162e-9,
-    "mercury-violet": 404.656e-9,
-    "mercury-blue": 435.833e-9,
-    "mercury-green": 546.075e-9,
-    "mercury-yellow": 578.013e-9,
-    "cadmium-red": 643.847e-9,
-    "hydrogen-red": 656.28e-9,
-    "hydrogen-blue": 486.13e-9,
-    "helium-yellow": 587.562e-9,
-}
+# Of a lamp of several lines, over their rms distance from their mean: what it makes of the doublets above.
+_SD_OF_LINES = 0.2
+# In standard air [m]. "sodium" is the middle of its doublet.
+_SODIUM = 589.294
 _INDEX_OF_AIR = 1.00028
 
 
@@ -46,15 +35,40 @@ class Wavelength(NamedTuple):
 
 
 def wavelength(text: str) -> Wavelength:
-    """A wavelength such as "589.3nm", or the name of a line or lamp such as "sodium".
+    """A wavelength such as "589.3nm", a line or lamp such as "sodium", or the mean of any light that `lamp` reads.
 
     Raises ValueError, in one line, for what is neither.
     """
     name = text.strip().lower()
-    if name in _IN_AIR:
-        return Wavelength(_IN_AIR[name], line=True, sd=_MEAN_SD.get(name))
+    if name == "sodium":
+        return Wavelength(_SODIUM * 1e-9, line=True, sd=_MEAN_SD[name])
+    if name in LINES:
+        return Wavelength(LINES[name] * 1e-9, line=True, sd=_MEAN_SD.get(name))
+    if name in LAMPS or any(sign in name for sign in ":/") or name.endswith(".csv"):
+        return _mean(text)
     try:
         return Wavelength(positive_length(text), line=False)
     except ValueError as error:
-        hint = "" if any(character.isdigit() for character in text) else f", or a line: {', '.join(_IN_AIR)}"
-        raise ValueError(f"{error}{hint}") from None
+        lines = f", or a line: {', '.join(['sodium', *LINES, 'hene'])}"
+        raise ValueError(f"{error}{'' if any(map(str.isdigit, text)) else lines}") from None
+
+
+def _mean(text: str) -> Wavelength:
+    """Of a lamp: the mean of its lines by wavenumber, in air for named lamps."""
+    import numpy as np
+
+    from newtonjax.scene import lamp  # JAX, which the help does without
+
+    spectrum = lamp(text)
+    mean = float(spectrum.wavelength)
+    spread = float(np.sqrt((spectrum.shares * (spectrum.wavelengths - mean) ** 2).sum()))
+    is_named = text.partition(":")[0].strip().lower() in LAMPS
+    return Wavelength(mean, line=is_named, sd=_SD_OF_LINES * spread or None)
+
+
+def light(text: str) -> str:
+    """The words for a light, checked. Raises ValueError, in one line, for what names none."""
+    from newtonjax.scene import lamp
+
+    lamp(text)
+    return text

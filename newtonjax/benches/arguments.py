@@ -7,10 +7,10 @@ from typing import Any, Literal, NamedTuple
 
 from newtonjax.scene import HEIGHT, INDEX, RADIUS, THICKNESS, TILT, WAVELENGTH
 
-Kind = Literal["length", "wavelength", "screen", "angle", "angles", "index", "fraction", "view", "names"]
+Kind = Literal["length", "wavelength", "light", "screen", "angle", "angles", "index", "fraction", "view", "names"]
 Test = Literal[
     "finite", "radius", "wavelength", "index", "height", "thickness", "tilt", "tilts", "angles", "view", "screen",
-    "names", "fraction",
+    "names", "fraction", "light",
 ]  # fmt: skip
 
 
@@ -42,6 +42,8 @@ _TILTS = f"two angles about x and about y, {TILT.words}"
 _INDEX = f"a positive refractive index, {INDEX.words}"
 _SCREEN = "a distance in metres, or 'gap'"
 _THICKNESS = f"a positive thickness, {THICKNESS.words}"
+_LIGHT = "words such as 'sodium', 'mercury:546nm/10nm', 'white:5500K' or 'lamp.csv', or a Spectrum"
+_LIGHT_HELP = "Lamp, filtered lamp, line of a width, white light or file of a spectrum, instead of a wavelength."
 _SCREEN_HELP = "Distance of the screen behind the glass, or gap: a microscope focused on the gap."
 
 # In the order of the Python signatures.
@@ -56,6 +58,7 @@ ARGUMENTS = (
              f"a finite height, {HEIGHT.words}", "height"),
     Argument("view", "view", "reflected", "reflected", "The side that the light is seen on: transmitted or reflected.",
              "'transmitted' or 'reflected'", "view"),
+    Argument("light", "light", None, "none", _LIGHT_HELP, _LIGHT, "light"),
     Argument("screen", "screen", "gap", "gap", _SCREEN_HELP, _SCREEN, "screen"),
     Argument("lens_index", "index", 1.5, "1.5", "Refractive index of the lens, or of the upper plate of a wedge.",
              _INDEX, "index"),

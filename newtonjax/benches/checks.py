@@ -8,8 +8,8 @@ from typing import ParamSpec
 import numpy as np
 
 from newtonjax.benches.arguments import Argument, arguments_of, refuse_old_names
-from newtonjax.numerics import finite, is_real, require, require_pair, shown
-from newtonjax.scene import DISTANCE, HEIGHT, INDEX, RADIUS, THICKNESS, TILT, WAVELENGTH, Scene
+from newtonjax.numerics import finite, is_concrete, is_real, require, require_pair, shown
+from newtonjax.scene import DISTANCE, HEIGHT, INDEX, RADIUS, THICKNESS, TILT, WAVELENGTH, Scene, Spectrum
 
 _Parameters = ParamSpec("_Parameters")
 _TESTS = {
@@ -36,9 +36,17 @@ def checked(bench: Callable[_Parameters, Scene]) -> Callable[_Parameters, Scene]
         refuse_old_names(bench.__name__, kwargs)
         for name, value in signature.bind(*args, **kwargs).arguments.items():
             _check(table[name], value)
+        if kwargs.get("light") is not None and not _is_default(table["wavelength"], signature, args, kwargs):
+            raise ValueError("wavelength and light are both given; allowed: one of them")
         return bench(*args, **kwargs)
 
     return with_checks
+
+
+def _is_default(argument: Argument, signature: inspect.Signature, args, kwargs) -> bool:
+    """Whether an argument is not given, or as it would be then."""
+    value = signature.bind(*args, **kwargs).arguments.get(argument.name, argument.default)
+    return is_concrete(value) and value == argument.default
 
 
 def _check(argument: Argument, value) -> None:
@@ -52,6 +60,9 @@ def _check(argument: Argument, value) -> None:
             require(argument.name, value, argument.allowed, _TESTS["tilts"])
     elif argument.test == "view":
         if not (isinstance(value, str) and value in ("transmitted", "reflected")):
+            raise _refusal(argument, value)
+    elif argument.test == "light":
+        if not isinstance(value, str | Spectrum):
             raise _refusal(argument, value)
     elif argument.test == "names":
         if not (isinstance(value, tuple | list) and all(isinstance(beam, str) for beam in value)):

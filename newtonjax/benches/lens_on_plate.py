@@ -12,10 +12,12 @@ from newtonjax.scene import (
     Light,
     Scene,
     Shield,
+    Spectrum,
     Surface,
     choose_beams,
     focus_height,
     frame,
+    lamp,
     lens_to_image,
 )
 
@@ -32,6 +34,7 @@ def newton_rings(
     gap: Scalar = 0.0,
     view: str = "reflected",
     *,
+    light: str | Spectrum | None = None,
     screen: Scalar | str = "gap",
     lens_index: Scalar = 1.5,
     plate_index: Scalar = 1.5,
@@ -56,6 +59,7 @@ def newton_rings(
     Args:
       radius: of the convex face [m]; infinite for a plane, negative for a concave face.
       wavelength: in vacuum [m].
+      light: a `Spectrum`, or the words for one that `lamp` takes, instead of a wavelength.
       gap: height of the apex [m]; 0 is contact, negative an approach beyond it.
       view: "reflected" (reflections at the convex face and at the plate's upper face) or "transmitted" (direct beam and
         the one reflected twice in the gap); `beams` (words, or names as in `choose_beams`) replaces the pair.
@@ -85,11 +89,19 @@ def newton_rings(
             Surface(0.0, _point_on_axis(plate_axis, -plate_thickness), plate_tilt),
         ),
         media=(ambient_index, lens_index, gap_index, plate_index, ambient_index),
-        light=Light(wavelength, light_tilt, polarization, degree=polarization_degree),
+        light=_light(light, wavelength, ambient_index, light_tilt, polarization, polarization_degree),
         screen=Surface(0.0, (0.0, 0.0, height)),
         beams=_PAIRS[view],
     )
     return _with_options(scene, screen, beams, shield, collecting_lens)
+
+
+def _light(light: str | Spectrum | None, wavelength: Scalar, ambient_index: Scalar, tilt, angle, degree) -> Light:
+    """The light of a wavelength, or of a spectrum; a spectrum of one sharp line is its wavelength."""
+    spectrum = lamp(light, ambient_index) if isinstance(light, str) else light
+    if spectrum is not None:
+        wavelength, spectrum = spectrum.wavelength, None if spectrum.is_sharp_line() else spectrum
+    return Light(wavelength, tilt, angle, degree=degree, spectrum=spectrum)
 
 
 def _with_options(scene: Scene, screen, beams, shield, collecting_lens) -> Scene:
@@ -118,6 +130,7 @@ def air_wedge(
     gap: Scalar = 0.0,
     view: str = "reflected",
     *,
+    light: str | Spectrum | None = None,
     screen: Scalar | str = "gap",
     lens_index: Scalar = 1.5,
     plate_index: Scalar = 1.5,
@@ -144,7 +157,7 @@ def air_wedge(
       lens_thickness, plate_thickness: of the upper and of the lower plate [m].
       plate_tilt: rotations of the lower plate about x and y [rad]; the gap's angle is the difference of the plates'.
       view, screen, light_tilt, polarization, polarization_degree, beams, shield, collecting_lens, wavelength,
-        gap_index, ambient_index: as in `newton_rings`.
+        light, gap_index, ambient_index: as in `newton_rings`.
 
     Raises ValueError for values that no bench can have. Traced values are not checked.
 
@@ -154,6 +167,7 @@ def air_wedge(
         wavelength,
         gap,
         view,
+        light=light,
         screen=screen,
         lens_index=lens_index,
         plate_index=plate_index,

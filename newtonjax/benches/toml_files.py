@@ -14,10 +14,23 @@ import tomli_w
 from newtonjax.benches import lens_on_plate
 from newtonjax.benches.arguments import BENCHES, Argument, arguments_of, refuse_old_names
 from newtonjax.numerics import Scalar, Vector2, Vector3, require_concrete, shown
-from newtonjax.scene import Camera, CollectingLens, Light, Scene, Shield, Surface, word_of
+from newtonjax.scene import Camera, CollectingLens, Light, Scene, Shield, Spectrum, Surface, lamp, word_of
 
 Three = tuple[float, float, float]
 Two = tuple[float, float]
+
+Numbers = tuple[float, ...]
+# Words that `lamp` takes, or the numbers of a spectrum.
+_SPECTRUM = msgspec.defstruct(
+    "Spectrum",
+    [
+        ("wavelengths", Numbers),
+        ("weights", Numbers),
+        *((name, Numbers | None, None) for name in ("gaussian", "lorentzian", "triangle")),
+    ],
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+)
 
 # The tables of a file beside ready benches, [[surfaces]] among them, by what is made of them. A table has the fields of
 # its class, which checks their values.
@@ -35,6 +48,7 @@ _IN_TOML = {
     Vector2: Two,
     Vector2 | None: Two | None,
     Vector3: Three,
+    Spectrum | None: str | _SPECTRUM | None,
 }
 
 
@@ -56,7 +70,7 @@ _STRUCTS = {name: _struct_of(kind) for name, kind in _PARTS.items()}
 
 def _type_of(argument: Argument) -> Any:
     """What TOML may hold for an argument of a bench."""
-    by_kind = {"view": str, "screen": float | str, "angles": Two, "names": tuple[str, ...]}
+    by_kind = {"view": str, "screen": float | str, "angles": Two, "names": tuple[str, ...], "light": str}
     kind = by_kind.get(argument.kind, float)
     return kind | None if argument.default is None else kind
 
@@ -160,12 +174,21 @@ def _scene(table: Any) -> Scene:
         return getattr(lens_on_plate, ready[0])(**arguments)
     if missing := [name for name in _BY_HAND if getattr(table, name) is None]:
         raise ValueError(f"{', '.join(missing)} missing; a scene by hand takes {', '.join(_BY_HAND)}")
+    if table.light.spectrum is not None:
+        table.light.spectrum = _spectrum(table.light.spectrum, table.media[0])
     return Scene(
         surfaces=tuple(_made("surfaces", surface, f"surfaces[{k}]") for k, surface in enumerate(table.surfaces)),
         media=table.media,
         beams=tuple(word_of(beam, len(table.surfaces)) for beam in table.beams),
         **{name: _made(name, getattr(table, name)) for name in ("light", "screen", *_BESIDE)},
     )
+
+
+def _spectrum(content: str | msgspec.Struct, ambient_index: float) -> Spectrum:
+    """What [light] says of the spectrum: words, or numbers."""
+    if isinstance(content, str):
+        return lamp(content, ambient_index)
+    return Spectrum(**msgspec.structs.asdict(content))
 
 
 def _made(name: str, table: msgspec.Struct | None, where: str | None = None) -> Any:
@@ -223,6 +246,8 @@ def _plain(value: Any) -> Any:
     """A number or a vector as Python's own."""
     if value is None or isinstance(value, int | tuple):
         return value
+    if isinstance(value, Spectrum):
+        return _SPECTRUM(**{name: _plain(getattr(value, name)) for name in _SPECTRUM.__struct_fields__})
     numbers = np.asarray(value, dtype=float).tolist()
     return tuple(numbers) if isinstance(numbers, list) else numbers
 

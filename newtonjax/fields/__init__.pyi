@@ -2,8 +2,10 @@
 
 from newtonjax.fields import jet_fields as jet_fields
 from newtonjax.fields import packed as packed
+from newtonjax.fields.at_points import Beats as Beats
 from newtonjax.fields.at_points import Fields as Fields
 from newtonjax.fields.at_points import arrivals_at as arrivals_at
+from newtonjax.fields.at_points import beats as beats
 from newtonjax.fields.at_points import fields_at as fields_at
 from newtonjax.fields.at_points import intensity as intensity
 from newtonjax.fields.at_points import opd_at as opd_at
@@ -22,7 +24,9 @@ from newtonjax.fields.packed import pack as pack
 from newtonjax.fields.packed import peak_amplitudes as peak_amplitudes
 from newtonjax.fields.packed import with_beams as with_beams
 from newtonjax.fields.pixels import WIDE as WIDE
+from newtonjax.fields.pixels import combined as combined
 from newtonjax.fields.pixels import image as image
+from newtonjax.fields.pixels import image_in_channels as image_in_channels
 from newtonjax.fields.pixels import parts as parts
 from newtonjax.fields.smoothness import ErrorEstimate as ErrorEstimate
 from newtonjax.fields.smoothness import error_from_nodes as error_from_nodes
@@ -32,3 +36,8 @@ from newtonjax.fields.sums import pairs_of as pairs_of
 from newtonjax.fields.sums import product_sums as product_sums
 from newtonjax.fields.synthesis import synthesize as synthesize
 from newtonjax.fields.synthesis import synthesize_single as synthesize_single
+from newtonjax.fields.waveforms import Table as Table
+from newtonjax.fields.waveforms import Waveform as Waveform
+from newtonjax.fields.waveforms import fringes_by_table as fringes_by_table
+from newtonjax.fields.waveforms import table_for as table_for
+from newtonjax.fields.waveforms import waveform as waveform

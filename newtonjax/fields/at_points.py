@@ -64,6 +64,29 @@ def combine(beams: Arrival, pairs: Int[Any, "pairs 2"], source: Source) -> Field
     )
 
 
+class Beats(NamedTuple):
+    """As `Fields` in a sharp line, the quarter turns of the beams in the envelope: what any wavelength makes of it.
+
+    I = background + Σ_pairs Re[envelope e^{2πi turns}], turns the path difference over the wavelength.
+    """
+
+    background: Float[Any, "..."]
+    envelope: Complex[Any, "pairs ..."]
+    turns: Float[Any, "pairs ..."]
+    arrives: Bool[Any, "..."]
+
+
+def beats(beams: Arrival, pairs: Int[Any, "pairs 2"], source: Source) -> Beats:
+    """The beats of beams at points [beams, n]; NumPy makes NumPy."""
+    first, second = pairs[:, 0], pairs[:, 1]
+    xp = module_of(beams.path)
+    turned = -np.pi / 2 * (beams.quarter_turns[second] - beams.quarter_turns[first])
+    mutual = source.mutual(beams.field[first], beams.field[second])
+    envelope = mutual * (as_complex(xp.cos(turned)) + 1j * as_complex(xp.sin(turned)))
+    turns = (beams.path[second] - beams.path[first]) / source.wavelength
+    return Beats(source.irradiance(beams.field).sum(axis=0), envelope, turns, beams.arrives.all(axis=0))
+
+
 def opd_at(scene: Scene, points: Float[Array | np.ndarray, "n 2"]) -> tuple[Float[Array, " n"], Bool[Array, " n"]]:
     """Optical path difference of a scene's two beams at points of its screen [m], and whether both arrive."""
     return path_difference(arrivals_at(scene, points), np.array(pairs(scene)))

@@ -73,7 +73,12 @@ def node_points(camera: Camera, count: int) -> Jet | Float[np.ndarray, "2 n"]:
 
 
 def courses(scenes: Sequence[Scene]) -> Courses:
-    """Benches of one structure side by side; numbers may be jets, which have level 0 for the launch plane."""
+    """Benches of one structure side by side; numbers may be jets, which have level 0 for the launch plane.
+
+    Raises ValueError for light of more than one line.
+    """
+    if any(scene.light.spectrum is not None for scene in scenes):
+        raise ValueError("light.spectrum in a study; allowed: one line so far, `spectrum` None")
     gathered = [gather(scene) for scene in scenes]
     scene = scenes[0]
     ((first, second),) = pairs(scene)

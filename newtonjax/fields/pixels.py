@@ -7,6 +7,7 @@ beams. Above 32 MB one program of a few rows is called for one block of rows aft
 from collections.abc import Iterator
 from functools import lru_cache, partial
 from itertools import chain
+from typing import Any
 
 import jax
 import numpy as np
@@ -14,6 +15,7 @@ from jaxtyping import Array, Float, Int
 
 from newtonjax.fields.row_strips import AbstractRow, row, single_row
 from newtonjax.fields.synthesis import image_of, terms_of
+from newtonjax.fields.waveforms import Waveform, fringes_by_table
 from newtonjax.numerics import chebyshev, cos_turns, image_memory, x64
 
 # Nodes to a side, and pairs of beams, that programs are compiled for: coefficients are padded with zeros.
@@ -104,6 +106,51 @@ def _of_pairs(coefficients, along_y, way: AbstractRow, pairs: Int[Array, ""], dt
         return image + way.field(terms[1 + pair]) * cos_turns(way.field(terms[1 + most + pair]))
 
     return way.flat(jax.lax.fori_loop(0, pairs, with_pair, way.field(terms[0]))).astype(dtype)
+
+
+def image_in_channels(
+    coefficients: Float[np.ndarray | Array, "fields count count"],
+    shape: tuple[int, int],
+    levels: Float[Any, " channels"],
+    wave: Waveform,
+    over_carrier: bool,
+    rows: tuple[int, int] | None = None,
+) -> Float[Array, "rows columns channels"]:
+    """Background · level + Σ Re[envelope Γ(turns)] at every pixel, in float64; see `waveforms`.
+
+    - `coefficients`: background, real parts of the envelopes, imaginary parts, turns; concrete.
+    - `rows`: the first and the number of those that are wanted; None for all.
+    """
+    padded = _with_zeros(np.asarray(coefficients, dtype=np.float64))
+    first, count = rows or (0, shape[0])
+    with x64():
+        way = _way(shape[1], padded.shape[-1], "float64")
+        along_y = chebyshev.basis(shape[0], padded.shape[-1])[:, first : first + count]
+        return _of_waveform(padded, along_y, way, levels, wave, shape[1], over_carrier)
+
+
+@partial(jax.jit, static_argnames=("columns", "over_carrier"), compiler_options=WIDE)
+def _of_waveform(coefficients, along_y, way: AbstractRow, levels, wave: Waveform, columns: int, over_carrier: bool):
+    fields = way.fields(way.terms(coefficients, along_y))
+    pixels = combined(fields, levels, wave, over_carrier)
+    return pixels.reshape(len(pixels), -1, len(levels))[:, :columns]
+
+
+def combined(fields: list[Array], levels, wave: Waveform, over_carrier: bool) -> Array:
+    """Pixels of channels from fields at these pixels: background, real and imaginary parts of envelopes, turns."""
+    pairs = (len(fields) - 1) // 3
+    real, imaginary, turns = (fields[1 + k * pairs : 1 + (k + 1) * pairs] for k in range(3))
+    pixels = fields[0][..., None] * levels
+    for parts in zip(real, imaginary, turns, strict=True):
+        pixels = pixels + fringes_by_table(*parts, len(levels), wave, over_carrier)
+    return pixels
+
+
+def _with_zeros(coefficients: np.ndarray) -> np.ndarray:
+    """Coefficients with zeros, up to the next class of nodes."""
+    count = coefficients.shape[-1]
+    nodes = next(size for size in (*_NODES, count) if size >= count)
+    return np.pad(coefficients, ((0, 0), (0, nodes - count), (0, nodes - count)))
 
 
 def _padded(coefficients: np.ndarray) -> np.ndarray:

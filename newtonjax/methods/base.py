@@ -59,8 +59,8 @@ class AbstractMethod(abc.ABC):
         """Raise CannotHonourError, a ValueError, where the method cannot honour a part of the scene."""
 
     @abc.abstractmethod
-    def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
-        """Irradiance at every pixel over the incident one."""
+    def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns *channels"]:
+        """Irradiance at every pixel over the incident one; what each channel takes, of a camera with a response."""
 
     @abc.abstractmethod
     def opd(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:

@@ -21,6 +21,7 @@ from newtonjax.fields import (
 )
 from newtonjax.methods.base import CALL, AbstractMethod, CannotHonourError, pass_share
 from newtonjax.methods.closed_form_float32 import closed_turns
+from newtonjax.methods.many_wavelengths import equal_thickness, has_channels, one_line
 from newtonjax.numerics import cos_turns, is_concrete, require_concrete
 from newtonjax.scene import (
     Camera,
@@ -28,6 +29,7 @@ from newtonjax.scene import (
     Scene,
     Source,
     Surface,
+    channels_of,
     focus_height,
     gap_between,
     gap_of,
@@ -49,12 +51,18 @@ class ClosedForm(AbstractMethod):
 
     For two beams that differ by one round trip in the gap, light along -z, and a screen focused on the gap; amplitudes
     are those on the axis (Born and Wolf, Principles of Optics, section 7.5). Within a transformation in float32 the
-    phase is computed in numbers of twice the bits.
+    phase of one line is computed in numbers of twice the bits.
+
+    - `table_error`: of the amplitude of the fringes, where light of many wavelengths is tabulated over the path
+      difference. Within a transformation the table has 4096 cells (8 lines or fewer are summed at every pixel
+      instead): an error of 1e-4 up to 200 orders.
     """
 
     needs_float64: ClassVar[bool] = False
     traces_rays: ClassVar[bool] = False
     float32_error: ClassVar[float] = 2e-6
+
+    table_error: float = 1e-5
 
     @property
     def generality(self) -> tuple[int, int]:
@@ -72,7 +80,9 @@ class ClosedForm(AbstractMethod):
     def bytes_per_pixel(self) -> int:
         return 30
 
-    def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
+    def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns *channels"]:
+        if has_channels(scene.light, camera):
+            return equal_thickness(scene, camera, self.table_error)
         x, y = camera.axes()
         x, y = x[None, :], y[:, None]
         (background, mutual), source = closed_amplitudes(scene), source_of(scene.light)
@@ -92,9 +102,16 @@ class ClosedForm(AbstractMethod):
         """
         require_concrete("ClosedForm().error", scene, camera)
         self.check(scene)
-        bench = pack(scene)
+        line = one_line(scene)
+        bench = pack(line)
         fields = node_fields(bench, node_arrivals(bench, camera, _NODES))
-        return self.error_against(fields, scene, camera) if fields.arrives.all() else ErrorEstimate(np.inf, np.inf)
+        if not fields.arrives.all():
+            return ErrorEstimate(np.inf, np.inf)
+        phase, intensity = self.error_against(fields, line, camera)
+        if not has_channels(scene.light, camera):
+            return ErrorEstimate(phase, intensity)
+        stretch = channels_of(scene.light, None).lines.ratios.max()
+        return ErrorEstimate(phase * stretch, intensity * stretch + self.table_error)
 
     def error_against(self, fields: Fields, scene: Scene, camera: Camera) -> ErrorEstimate:
         """The error at a square grid of nodes, where the fields of rays are known; half as much again between them."""

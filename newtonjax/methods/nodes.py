@@ -4,16 +4,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from newtonjax.fields import (
     ErrorEstimate,
     Fields,
     arrivals_at,
+    beats,
     error_from_nodes,
     fields_at,
     opd_at,
     packed,
+    pairs,
     path_difference,
     smooth,
     synthesize,
@@ -29,9 +32,19 @@ from newtonjax.methods.base import (
     require_two_beams,
     unreached,
 )
+from newtonjax.methods.many_wavelengths import (
+    InChannels,
+    at_nodes,
+    has_channels,
+    on_nodes,
+    one_line,
+    spectral,
+    table_of,
+    turn_range,
+)
 from newtonjax.methods.pictures import OnNodes
 from newtonjax.numerics import chebyshev, is_concrete, shown
-from newtonjax.scene import Camera, Scene, corners, node_points
+from newtonjax.scene import Camera, Scene, channels_of, corners, node_points, source_of
 
 # Passes of a cosine: what a pixel costs for each degree of a field, and what else it costs.
 _DEGREE, _PIXEL = 0.059, 0.27
@@ -46,13 +59,15 @@ class Chebyshev(AbstractMethod):
     - `nodes`: 2 to 129 to a side.
     - `dtype`: "float64", or "float32" for the pixels, in half of the memory and, where the nodes resolve the fields, at
       most 2e-5 of the peak away up to 250 turns; rays and nodes are in float64 in either. None is JAX's setting.
-      Derivatives are computed in float64.
+      Derivatives are computed in float64. Light of many wavelengths, and colours, are computed in float64.
+    - `table_error`: as of `ClosedForm`.
     """
 
     float32_error: ClassVar[float] = 1e-5
 
     nodes: int = 17
     dtype: str | None = None
+    table_error: float = 1e-5
 
     def __post_init__(self):
         if not isinstance(self.nodes, int) or not 2 <= self.nodes <= 129:
@@ -76,7 +91,7 @@ class Chebyshev(AbstractMethod):
         nodes = self.nodes if len(by_nodes) == len(planned) else max(self.nodes, Chebyshev().nodes)
         # Pixels in float64 were planned where those in float32 would err too much.
         dtype = "float64" if any(method.dtype == "float64" for method in by_nodes) else self.dtype
-        return Chebyshev(nodes, dtype)
+        return Chebyshev(nodes, dtype, min(method.table_error for method in (self, *by_nodes)))
 
     def passes(self, scene: Scene, camera: Camera) -> float:
         pairs = len(scene.beams) * (len(scene.beams) - 1) // 2
@@ -110,15 +125,34 @@ class Chebyshev(AbstractMethod):
         """Chebyshev coefficients of background, moduli and phases [turns]; NumPy makes NumPy."""
         return smooth(fields).coefficients
 
-    def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
+    def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns *channels"]:
+        if has_channels(scene.light, camera):
+            beams = arrivals_at(one_line(scene), node_points(camera, self.nodes))
+            of_nodes = beats(beams, np.array(pairs(scene)).reshape(-1, 2), source_of(one_line(scene).light))
+            return on_nodes(chebyshev.coefficients(at_nodes(of_nodes)), scene, camera)
         of_fields = synthesize_single if self.dtype == "float32" else synthesize
         return of_fields(self.coefficients(self.fields(scene, camera)), camera.shape)
 
-    def picture(self, scene: Scene, camera: Camera) -> OnNodes:
+    def picture(self, scene: Scene, camera: Camera) -> OnNodes | InChannels:
+        if has_channels(scene.light, camera):
+            return self._in_channels(scene, camera)
         fields = self._known_fields(scene, camera)
         if not fields.arrives.all():
             raise unreached(self)
         return self.picture_of(self.coefficients(fields), camera)
+
+    def _in_channels(self, scene: Scene, camera: Camera) -> InChannels:
+        bench = packed.pack(one_line(scene))
+        of_nodes = beats(packed.node_arrivals(bench, camera, self.nodes), bench.pairs, bench.source)
+        if not of_nodes.arrives.all():
+            raise unreached(self)
+        coefficients = chebyshev.coefficients(at_nodes(of_nodes))
+        channels, (low, high) = channels_of(scene.light, camera.response), turn_range(coefficients)
+        table = table_of(channels, low, high, self.table_error)
+        tables = spectral(channels, low, high, table, only_real=False)
+        result = "float32" if is_single() else "float64"
+        has_response = camera.response is not None
+        return InChannels(coefficients, camera.shape, tables, table.over_carrier, has_response, result)
 
     def picture_of(self, coefficients: Float[Any, "fields nodes nodes"], camera: Camera) -> OnNodes:
         """The picture of fields whose coefficients are known already."""
@@ -148,4 +182,8 @@ class Chebyshev(AbstractMethod):
 
     def error(self, scene: Scene, camera: Camera) -> ErrorEstimate:
         """Bounds of this method's error from the decay of the coefficients. Infinite where a beam misses a node."""
-        return error_from_nodes(self.fields(scene, camera), self.nodes)
+        phase, intensity = error_from_nodes(self.fields(one_line(scene), camera), self.nodes)
+        if not has_channels(scene.light, camera):
+            return ErrorEstimate(phase, intensity)
+        stretch = channels_of(scene.light, None).lines.ratios.max()
+        return ErrorEstimate(phase * stretch, intensity * stretch + self.table_error)

@@ -21,11 +21,11 @@ class AbstractPicture(abc.ABC):
     """What a method has worked out of a scene and a camera of known numbers, before it comes to the pixels."""
 
     @abc.abstractmethod
-    def image(self) -> Float[Array, "rows columns"]:
+    def image(self) -> Float[Array, "rows columns *channels"]:
         """Every pixel; in float32 where JAX is set to it."""
 
     @abc.abstractmethod
-    def blocks(self, rows: int) -> Iterator[tuple[int, Float[np.ndarray, "rows columns"]]]:
+    def blocks(self, rows: int) -> Iterator[tuple[int, Float[np.ndarray, "rows columns *channels"]]]:
         """First row and pixels of one block of rows after the other; the last one may have fewer rows."""
 
     @classmethod
@@ -45,16 +45,16 @@ class AtPixels(AbstractPicture):
 
     scene: Scene
     camera: Camera
-    compute: Callable[[Scene, Camera], Float[Array, "rows columns"]]
+    compute: Callable[[Scene, Camera], Float[Array, "rows columns *channels"]]
 
-    def image(self) -> Float[Array, "rows columns"]:
+    def image(self) -> Float[Array, "rows columns *channels"]:
         return self._of(self.camera)
 
-    def blocks(self, rows: int) -> Iterator[tuple[int, Float[np.ndarray, "rows columns"]]]:
-        for first, count in _starts(self.camera.shape[0], rows):
+    def blocks(self, rows: int) -> Iterator[tuple[int, Float[np.ndarray, "rows columns *channels"]]]:
+        for first, count in starts(self.camera.shape[0], rows):
             yield first, np.asarray(self._of(_window(self.camera, first, count)))
 
-    def _of(self, camera: Camera) -> Float[Array, "rows columns"]:
+    def _of(self, camera: Camera) -> Float[Array, "rows columns *channels"]:
         with x64():
             # As it stands: a program around it would be another one for each bench.
             pixels = self.compute(self.scene, camera)
@@ -69,9 +69,7 @@ class AtPixels(AbstractPicture):
     ) -> Any:
         """One picture after the other, whatever the batch."""
         del batch
-        of_image = (lambda pixels: pixels) if reduce is None else jax.jit(reduce)
-        with x64():
-            return _stacked(_counted((of_image(p.compute(p.scene, p.camera)) for p in pictures), done), len(pictures))
+        return one_by_one((p.compute(p.scene, p.camera) for p in pictures), len(pictures), reduce, done)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,12 +86,12 @@ class OnNodes(AbstractPicture):
     dtype: str
     result: str
 
-    def image(self) -> Float[Array, "rows columns"]:
+    def image(self) -> Float[Array, "rows columns *channels"]:
         return image(self.coefficients, self.shape, self.dtype, self.result)
 
-    def blocks(self, rows: int) -> Iterator[tuple[int, Float[np.ndarray, "rows columns"]]]:
+    def blocks(self, rows: int) -> Iterator[tuple[int, Float[np.ndarray, "rows columns *channels"]]]:
         of_full_size = parts(self.coefficients, self.shape, rows, self.dtype)
-        for (first, count), (_, pixels) in zip(_starts(self.shape[0], rows), of_full_size, strict=True):
+        for (first, count), (_, pixels) in zip(starts(self.shape[0], rows), of_full_size, strict=True):
             yield first, np.asarray(pixels)[-count:]
 
     @classmethod
@@ -120,7 +118,16 @@ def images_on_nodes(coefficients: Float[Array, "scenes fields nodes nodes"], sha
     return jax.lax.map(of_scene, coefficients, batch_size=batch)
 
 
-def _starts(total: int, rows: int) -> Iterator[tuple[int, int]]:
+def one_by_one(
+    images: Iterator[Array], count: int, reduce: Callable[[Array], Any] | None, done: Callable[[int], object]
+) -> Any:
+    """What is kept of images that are computed one after the other."""
+    of_image = (lambda pixels: pixels) if reduce is None else jax.jit(reduce)
+    with x64():
+        return _stacked(_counted((of_image(image) for image in images), done), count)
+
+
+def starts(total: int, rows: int) -> Iterator[tuple[int, int]]:
     """First row and number of rows of every block."""
     return ((first, min(rows, total - first)) for first in range(0, total, rows))
 

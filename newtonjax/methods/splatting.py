@@ -116,6 +116,8 @@ class Splat(AbstractMethod):
             raise CannotHonourError("Splat", "a scene of one beam", "it shows pairs of rays", "Traced()")
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
+        if camera.response is not None:
+            raise ValueError("Splat with camera.response: its images have one channel; use Traced() or leave it out")
         splatted = splat(scene, camera, self)
         if splatted.unpaired.any():
             warnings.warn(why_unpaired(splatted), stacklevel=3)

@@ -11,6 +11,7 @@ from jaxtyping import Array, Float, Shaped
 
 from newtonjax.fields import ErrorEstimate, fields_at, intensity, opd_at, packed, path_difference
 from newtonjax.methods.base import AbstractMethod, require_two_beams
+from newtonjax.methods.many_wavelengths import by_channels
 from newtonjax.numerics import is_concrete, require_concrete, require_whole, x64
 from newtonjax.rays import Arrival
 from newtonjax.scene import Camera, Scene
@@ -54,7 +55,9 @@ class Traced(AbstractMethod):
         rounding = float(packed.node_fields(bench, beams).rounding.max())
         return ErrorEstimate(np.inf, np.inf) if beams.lost.any() else ErrorEstimate(rounding, 2 * np.pi * rounding)
 
-    def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
+    def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns *channels"]:
+        if camera.response is not None:
+            return by_channels(self.image, scene, camera)
         if is_concrete(scene, camera):
             return self._by_blocks(scene, camera, lambda bench, beams: intensity(packed.node_fields(bench, beams)))
         return at_every_pixel(lambda points: intensity(fields_at(scene, points)), camera, self.chunk)

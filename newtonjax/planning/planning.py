@@ -16,14 +16,25 @@ from newtonjax.fields import (
     smooth,
     with_beams,
 )
-from newtonjax.methods import AbstractMethod, AbstractPicture, Chebyshev, ClosedForm, Traced, is_single
+from newtonjax.methods import (
+    AbstractMethod,
+    AbstractPicture,
+    Chebyshev,
+    ClosedForm,
+    Traced,
+    has_channels,
+    is_single,
+    one_line,
+)
 from newtonjax.numerics import require_concrete, require_tolerance
 from newtonjax.planning.reasons import PlanReason
-from newtonjax.scene import Camera, Scene, require_bench
+from newtonjax.scene import Camera, Scene, channels_of, require_bench
 
 _LADDER = (3, 4, 5, 6, 7, 9, 11, 13, 17, 21, 25, 29, 33)
 # Nodes to a side of the probes; a grid is judged by one that has at least so many more.
 _COARSE, _FINE, _FINEST, _BEYOND = 17, 33, 41, 4
+# What tables of a spectrum may err by, of the tolerance.
+_OF_TABLES = 0.02
 
 
 @dataclass(frozen=True)
@@ -72,6 +83,8 @@ def planned(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> tuple[Plan
     require_bench(scene, camera)
     require_tolerance(tolerance)
     require_concrete("plan", scene, camera)
+    if has_channels(scene.light, camera):
+        return _in_channels(scene, camera, tolerance)
     bench = pack(scene)
     beams = node_arrivals(bench, camera, _COARSE)
     strong, dropped_error = _strong_beams(peak_amplitudes(bench, beams), 0.1 * tolerance)
@@ -96,6 +109,25 @@ def planned(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> tuple[Plan
             reason = PlanReason.FOCUSED_ON_GAP()
             return _with_picture(Plan(formula, scene, dropped, float(error.phase), intensity, reason), camera)
     return _on_nodes(by_rays, bench, camera, fields, tolerance, dropped_error)
+
+
+def _in_channels(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, AbstractPicture]:
+    """The plan of the mean line, whose phase errors are larger in shorter waves; and a table that errs by less."""
+    stretch = float(np.max(channels_of(scene.light, None).lines.ratios))
+    table_error = _OF_TABLES * tolerance
+    grey, line = replace(camera, response=None), one_line(scene)
+    chosen, _ = planned(line, grey, (tolerance - table_error) / stretch)
+    method = chosen.method
+    if isinstance(method, Chebyshev | ClosedForm):
+        method = replace(method, table_error=table_error)
+    chosen = replace(
+        chosen,
+        method=method,
+        scene=replace(chosen.scene, light=scene.light),
+        phase_error=chosen.phase_error * stretch,
+        intensity_error=chosen.intensity_error * stretch + table_error,
+    )
+    return _with_picture(chosen, camera)
 
 
 def _with_picture(chosen: Plan, camera: Camera) -> tuple[Plan, AbstractPicture]:

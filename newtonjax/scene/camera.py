@@ -27,6 +27,7 @@ from newtonjax.numerics import (
     require_size,
     shown,
 )
+from newtonjax.scene.response import Response
 
 # Bytes a pixel while noise is drawn, measured.
 _EXPOSING = 110
@@ -56,6 +57,8 @@ class Camera(eqx.Module):
     - `full_well`: photoelectrons at which a pixel saturates, the largest code.
     - `read_noise`: standard deviation [photoelectrons].
     - `bits`: 8 to 16, the depth of the code. Static.
+    - `response`: of its channels to wavelengths; None for one channel that takes all wavelengths alike. With one,
+      images have the shape (rows, columns, channels).
     """
 
     shape: tuple[int, int] = eqx.field(static=True, converter=_whole)
@@ -65,8 +68,11 @@ class Camera(eqx.Module):
     full_well: Scalar = eqx.field(converter=as_scalar, default=12_000.0)
     read_noise: Scalar = eqx.field(converter=as_scalar, default=5.0)
     bits: int = eqx.field(static=True, converter=_bits, default=8)
+    response: Response | None = None
 
     def __check_init__(self):
+        if not isinstance(self.response, Response | None):
+            raise ValueError(f"response is {shown(self.response)}; allowed: a Response such as cie_1931(), or None")
         if min(self.shape) < 1:
             raise ValueError(f"shape is {self.shape}; allowed: (rows, columns), both at least 1")
         require_number("pixel_size", self.pixel_size, "a positive length in metres", positive)
@@ -89,16 +95,21 @@ class Camera(eqx.Module):
         """What `axes` has at its ends [m]: x of the first and the last column, y of the first and the last row."""
         return _ends(self)
 
+    @property
+    def image_shape(self) -> tuple[int, ...]:
+        """Of its images: rows, columns, and channels where it has a response."""
+        return self.shape if self.response is None else (*self.shape, len(self.response.curves))
+
     def expose(
-        self, image: Float[Array | np.ndarray, "rows columns"], key: Key[Array, ""]
-    ) -> UInt8[Array, "rows columns"] | UInt16[Array, "rows columns"]:
+        self, image: Float[Array | np.ndarray, "rows columns *channels"], key: Key[Array, ""]
+    ) -> UInt8[Array, "rows columns *channels"] | UInt16[Array, "rows columns *channels"]:
         """A photograph of an image: shot noise (Poisson), read noise (normal), saturation, and linear codes.
 
         Returns uint8 for 8 bits, else uint16; code = round(electrons / full_well (2^bits - 1)), clipped. Raises
         ValueError for an image of another shape, and where the noise takes more memory than there is.
         """
-        if np.shape(image) != self.shape:
-            raise ValueError(f"the image has shape {np.shape(image)}; allowed: the camera's, {self.shape}")
+        if np.shape(image) != self.image_shape:
+            raise ValueError(f"the image has shape {np.shape(image)}; allowed: the camera's, {self.image_shape}")
         if is_concrete(image, key):
             refuse_after_fork()
             image_memory(self.shape, _EXPOSING)

@@ -1,5 +1,6 @@
-"""The source: collimated, monochromatic light of any state of polarization."""
+"""The source: collimated light of any spectrum and any state of polarization."""
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -13,17 +14,21 @@ from newtonjax.numerics import (
     as_scalar,
     as_vector,
     finite,
+    is_concrete,
     namespace,
     require,
     require_number,
     require_size,
+    shown,
 )
 from newtonjax.scene.limits import WAVELENGTH
+from newtonjax.scene.response import Response
+from newtonjax.scene.spectrum import Lines, Spectrum, lines_of
 from newtonjax.scene.surfaces import Direction, frame
 
 
 class Light(eqx.Module):
-    """Collimated light of one wavelength, of unit irradiance on a plane across it.
+    """Collimated light of unit irradiance on a plane across it.
 
     - `wavelength`: in vacuum [m].
     - `tilt`: the direction, -z turned about x, then about y [rad].
@@ -35,6 +40,8 @@ class Light(eqx.Module):
       of Optics, section 1.4.2).
     - `degree`: of polarization, 0 to 1; None for 1. Partially polarized light is an unpolarized part and a polarized
       one; two components hold both, since the coherency matrix has two eigenvectors (section 10.9.2).
+    - `spectrum`: lines and bands; None for one sharp line. `wavelength` is then the one of the mean wavenumber, and
+      the whole spectrum goes with it in proportion: give `spectrum.wavelength` for the spectrum as it is.
     """
 
     wavelength: Scalar = eqx.field(converter=as_scalar)
@@ -42,8 +49,11 @@ class Light(eqx.Module):
     polarization: Scalar | None = eqx.field(converter=as_scalar, default=None)
     ellipticity: Scalar | None = eqx.field(converter=as_scalar, default=None)
     degree: Scalar | None = eqx.field(converter=as_scalar, default=None)
+    spectrum: Spectrum | None = None
 
     def __check_init__(self):
+        if not isinstance(self.spectrum, Spectrum | None):
+            raise ValueError(f"spectrum is {shown(self.spectrum)}; allowed: a Spectrum such as lamp('sodium'), or None")
         require_number("wavelength", self.wavelength, f"a positive length, {WAVELENGTH.words}", WAVELENGTH.holds)
         require("light.tilt", self.tilt, "two finite angles in radians", finite)
         require_size("light.tilt", self.tilt, 2, "two angles in radians, about x and about y")
@@ -102,10 +112,12 @@ class Source(NamedTuple):
     - `wavelength`: in vacuum [m].
     - `shares`: of the two polarization components in the irradiance, [2]. Apart from the fields: their square roots
       have no derivative at full polarization.
+    - `lines`: of the spectrum, over the wavenumber of `wavelength`; None for one sharp line.
     """
 
     wavelength: Scalar
     shares: Float[Any, "2"]
+    lines: Lines | None = None
 
     def irradiance(self, field: Complex[Any, "... 3 2"]) -> Float[Any, "..."]:
         """The square of a field, summed over components with their shares.
@@ -121,14 +133,57 @@ class Source(NamedTuple):
         return 2 * (each * as_complex(self.shares)).sum(axis=-1)
 
     def fringes(self, mutual, path: Float[Any, "..."]) -> tuple[Any, Float[Any, "..."]]:
-        """Envelope and phase [turns] of the fringes of two fields, the second a path [m] behind the first."""
-        return mutual, path * (1 / self.wavelength)  # one division, not one per pixel
+        """Envelope and phase [turns] of the fringes of two fields, the second a path [m] behind the first.
+
+        The envelope of several lines is complex: it holds what they are beside the mean wavenumber.
+        """
+        turns = path * (1 / self.wavelength)  # one division, not one per pixel
+        return (mutual if self.lines is None else mutual * self.lines.coherence(turns)), turns
 
 
 def source_of(light: Light) -> Source:
     """The light's `Source`."""
+    lines = None if light.spectrum is None else lines_of(light.spectrum)
+    return Source(light.wavelength, _component_shares(light), lines)
+
+
+def _component_shares(light: Light) -> Float[Any, "2"]:
     if light.polarization is None:
-        return Source(light.wavelength, np.array([0.5, 0.5]))
+        return np.array([0.5, 0.5])
     if light.degree is None:
-        return Source(light.wavelength, np.array([1.0, 0.0]))
-    return Source(light.wavelength, namespace(light).stack([1 + light.degree, 1 - light.degree]) / 2)
+        return np.array([1.0, 0.0])
+    return namespace(light).stack([1 + light.degree, 1 - light.degree]) / 2
+
+
+class Channels(NamedTuple):
+    """What a camera takes of a light.
+
+    - `lines`: of the light; one of ratio 1 where it has no spectrum.
+    - `powers`: of the lines in each channel, [channels, lines]; one channel where the camera has no response.
+    """
+
+    lines: Lines
+    powers: Float[Any, "channels lines"]
+
+
+def channels_of(light: Light, response: Response | None) -> Channels:
+    """The light's lines, and what the channels of a camera take of them."""
+    one_line = Lines(np.ones(1), np.ones(1), None, None, None)
+    lines = one_line if light.spectrum is None else lines_of(light.spectrum)
+    if response is None:
+        return Channels(lines, lines.shares[None])
+    return Channels(lines, response.powers(light.wavelength / lines.ratios, lines.shares))
+
+
+def lights_of_channels(light: Light, response: Response) -> list[tuple[Light, Scalar]]:
+    """For each channel the light whose image in all wavelengths alike is the channel's, and how strong it is."""
+    lines, powers = channels_of(light, response)
+    spectrum = Spectrum(light.wavelength / lines.ratios, lines.shares) if light.spectrum is None else light.spectrum
+    weighted = []
+    for power in powers:
+        level = power.sum()
+        weights = power if not is_concrete(level) or level > 0 else lines.shares
+        seen_by = replace(spectrum, weights=weights)
+        wavelength = light.wavelength * (seen_by.wavelength / spectrum.wavelength)
+        weighted.append((replace(light, wavelength=wavelength, spectrum=seen_by), level))
+    return weighted

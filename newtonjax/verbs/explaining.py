@@ -8,13 +8,15 @@ import numpy as np
 from jaxtyping import Float
 
 from newtonjax.fields import Fields, arrivals, closed_fields, node_fields, pack, polar
-from newtonjax.methods import ClosedForm
+from newtonjax.methods import ClosedForm, one_line
 from newtonjax.numerics import require_concrete
 from newtonjax.planning import Plan, beam_amplitudes, plan, predicted_seconds
 from newtonjax.scene import (
     Camera,
+    Light,
     Scene,
     Surface,
+    channels_of,
     enumerate_beams,
     gap_of,
     has_tilted_sphere,
@@ -79,7 +81,7 @@ class Explanation:
             f"fringes     {self.finest_fringe:.3g} pixels at the finest"
             + ("; below 2 pixels fringes are aliased" if self.finest_fringe < 2.4 else ""),
             f"beams       {', '.join(self.plan.scene.beams)}",
-            f"light       one line of {float(light.wavelength) * 1e9:.6g} nm, collimated, {polarized}",
+            f"light       {_lines(light)} {float(light.wavelength) * 1e9:.6g} nm, collimated, {polarized}",
             "",
             "modelled, and the change of intensity if omitted (fraction of the peak):",
             *_rows(o for o in self.omissions if o.modelled),
@@ -87,6 +89,10 @@ class Explanation:
             *_rows(o for o in self.omissions if not o.modelled),
         ]
         return "\n".join(lines)
+
+
+def _lines(light: Light) -> str:
+    return "one line of" if light.spectrum is None else f"{len(light.spectrum.weights)} lines or samples about"
 
 
 def _rows(omissions) -> list[str]:
@@ -117,7 +123,7 @@ def explain(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Explanatio
     chosen = plan(scene, camera, tolerance)
     planning = perf_counter() - begin
     first, again = _clock(chosen, camera), min(_clock(chosen, camera) for _ in range(3))
-    points = node_points(camera, _POINTS)
+    points, light, scene = node_points(camera, _POINTS), scene.light, one_line(scene)
     fields = _fields(scene, points)
     all_arrive = bool(fields.arrives.all())
     if not all_arrive:  # the part of the image that light reaches; where it does not, there is nothing
@@ -126,10 +132,10 @@ def explain(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Explanatio
     parts = [*_of_beams(scene, camera, chosen, fields), *_inside(scene, chosen, points, fields)]
     frequency = _frequency(scene, camera, points)
     parts.append(_pixel(fields, frequency, all_arrive))
-    parts.append(_line_width(scene, fields, tolerance))
+    parts.append(_line_width(scene, fields, tolerance) if light.spectrum is None else _spectrum(light, fields))
     finest = float(np.hypot(*frequency).max())
     return Explanation(
-        scene,
+        replace(scene, light=light),
         camera,
         tolerance,
         chosen,
@@ -270,3 +276,11 @@ def _line_width(scene: Scene, fields: Fields, tolerance: float) -> Omission:
     return Omission(
         "width of the line, coherence", None, False, f"an rms width of {width * 1e9:.2g} nm costs {tolerance:g}"
     )
+
+
+def _spectrum(light: Light, fields: Fields) -> Omission:
+    """What the fading of the fringes and the shift of their phase change, against one sharp line."""
+    change = np.abs(channels_of(light, None).lines.coherence(fields.phase) - 1)
+    error = min(_BETWEEN_SLOPES * float((np.abs(fields.envelope) * change).max()) / _peak(fields), 2.0)
+    note = "against one sharp line of the mean wavenumber; lenses and plates do not disperse"
+    return Omission("spectrum, coherence", error, True, note)

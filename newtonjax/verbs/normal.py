@@ -18,7 +18,7 @@ from newtonjax.fields import (
     product_sums,
     synthesize,
 )
-from newtonjax.methods import Chebyshev, require_method, unreached
+from newtonjax.methods import Chebyshev, has_channels, require_method, unreached
 from newtonjax.numerics import (
     chebyshev,
     finite,
@@ -150,6 +150,8 @@ def _pair(bench, values, camera: Camera | None) -> tuple[Scene, Camera]:
     elif not (isinstance(pair, tuple) and len(pair) == 2):
         raise ValueError("without a camera the bench must return (scene, camera); give one of them")
     require_bench(*pair)
+    if has_channels(pair[0].light, pair[1]):
+        raise ValueError("light.spectrum or camera.response in normal_equations; allowed: one line, one channel")
     return pair
 
 

@@ -13,8 +13,10 @@ from newtonjax.scene import Camera, Scene, require_bench
 
 def render(
     scene: Scene, camera: Camera, method: AbstractMethod | None = None, tolerance: float = 1e-3
-) -> Float[Array, "rows columns"]:
+) -> Float[Array, "rows columns *channels"]:
     """The image on the scene's screen: irradiance over the incident one, without noise.
+
+    Of a camera with a `response` the last axis is its channels.
 
     Without a method, `plan` picks the cheapest whose error is at most `tolerance` times the largest intensity. Inside a
     transformation (jit, grad, vmap) the numbers are not known: there the given method is used, or `Chebyshev()`.

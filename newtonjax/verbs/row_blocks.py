@@ -31,7 +31,7 @@ class Blocks:
     rows: int
     _picture: AbstractPicture = field(repr=False, compare=False)
 
-    def __iter__(self) -> Iterator[tuple[int, Float[np.ndarray, "rows columns"]]]:
+    def __iter__(self) -> Iterator[tuple[int, Float[np.ndarray, "rows columns *channels"]]]:
         return self._picture.blocks(self.rows)
 
 

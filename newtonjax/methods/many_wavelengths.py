@@ -1,0 +1,194 @@
+"""Images in light of many wavelengths, or of a camera's channels, by a table of the path difference."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from newtonjax.fields import (
+    Beats,
+    Table,
+    Waveform,
+    closed_amplitudes,
+    combined,
+    fringes_by_table,
+    image_in_channels,
+    table_for,
+    waveform,
+)
+from newtonjax.methods.pictures import AbstractPicture, one_by_one, starts
+from newtonjax.numerics import chebyshev, cos_turns, is_concrete, module_of, x64
+from newtonjax.scene import (
+    Camera,
+    Channels,
+    Gap,
+    Light,
+    Scene,
+    Surface,
+    channels_of,
+    gap_between,
+    lights_of_channels,
+)
+
+# Points to a side at which the range of path differences is looked for.
+_POINTS = 33
+# Of traced numbers the range is not known: a table of so many cells, which errs by less than 1e-4 up to 200 orders.
+# Up to so many lines need none.
+_TRACED, _FEW = Table(2**12, over_carrier=False, error=1e-4), 8
+
+
+class Spectral(NamedTuple):
+    """Tables of a light and a camera.
+
+    - `wave`: Γ of each channel; `levels`: what the channels take of all light.
+    """
+
+    wave: Waveform
+    levels: Float[Any, " channels"]
+
+
+def has_channels(light: Light, camera: Camera) -> bool:
+    """Whether an image is more than that of one sharp line to a camera that takes all wavelengths alike."""
+    return light.spectrum is not None or camera.response is not None
+
+
+def one_line(scene: Scene) -> Scene:
+    """The scene in a sharp line of the light's mean wavenumber."""
+    return replace(scene, light=replace(scene.light, spectrum=None))
+
+
+def table_of(channels: Channels, low, high, tolerance: float) -> Table:
+    """How to tabulate what channels take between two path differences [turns]."""
+    if not is_concrete(channels, low, high):
+        return _TRACED
+    return table_for(channels.lines, float(high - low), tolerance)
+
+
+def spectral(channels: Channels, low, high, table: Table, *, only_real: bool) -> Spectral:
+    """The tables of channels between two path differences [turns]."""
+    wave = waveform(channels.lines, channels.powers, low, high, table, only_real=only_real)
+    return Spectral(wave, channels.powers.sum(axis=1))
+
+
+def equal_thickness(scene: Scene, camera: Camera, tolerance: float) -> Float[Array, "rows columns *channels"]:
+    """Fringes of equal thickness, errors of the table within a tolerance of their amplitude."""
+    x, y = camera.axes()
+    gap, channels = gap_between(scene), channels_of(scene.light, camera.response)
+    wavenumber, amplitudes = 1 / scene.wavelength, closed_amplitudes(scene)
+    if not is_concrete(scene, camera) and len(channels.lines.ratios) <= _FEW:
+        image = _line_by_line(gap.opd(x[None, :], y[:, None]) * wavenumber, *amplitudes, channels)
+    else:
+        low, high = path_range(gap, camera, wavenumber)
+        table = table_of(channels, low, high, tolerance)
+        tables = spectral(channels, low, high, table, only_real=not table.over_carrier)
+        image = _pixels(gap, wavenumber, *amplitudes, tables, x[None, :], y[:, None], table.over_carrier)
+    return image if camera.response is not None else image[..., 0]
+
+
+def path_range(gap: Gap, camera: Camera, wavenumber) -> tuple[Any, Any]:
+    """Bounds of the path difference over an image [turns]: those at a grid of points, and a step of it beyond."""
+    x, y = (module_of(ends).linspace(ends[0], ends[1], _POINTS) for ends in camera.ends())
+    turns = gap.opd(x[None, :], y[:, None]) * wavenumber
+    xp = module_of(turns)
+    turns = xp.broadcast_to(turns, (_POINTS, _POINTS))
+    turns = turns if xp is np else jax.lax.stop_gradient(turns)
+    step = xp.maximum(abs(xp.diff(turns, axis=0)).max(), abs(xp.diff(turns, axis=1)).max())
+    return turns.min() - step, turns.max() + step
+
+
+@partial(jax.jit, static_argnums=7)
+def _pixels(gap: Gap, wavenumber, background, mutual, tables: Spectral, x, y, over_carrier: bool):
+    def image(profile):
+        turns = gap.opd(x, y, profile) * wavenumber
+        shape = jnp.broadcast_shapes(x.shape, y.shape)
+        turns = jnp.broadcast_to(turns, shape)
+        channels = len(tables.levels)
+        return background * tables.levels + fringes_by_table(mutual, None, turns, channels, tables.wave, over_carrier)
+
+    return jax.lax.cond(gap.is_shallow(x, y), lambda: image(Surface.shallow_sag), lambda: image(Surface.sag))
+
+
+def _line_by_line(turns, background, mutual, channels: Channels):
+    """The sum over few lines at every pixel, for traced numbers."""
+    lines = channels.lines
+    ratios = lines.ratios.reshape(-1, 1, 1)
+    waves = cos_turns(ratios * turns) * lines.fading(turns)
+    image = jnp.einsum("cl,lyx->yxc", jnp.asarray(channels.powers), waves, precision="highest")
+    return background * channels.powers.sum(axis=1) + mutual * image
+
+
+def by_channels(
+    image: Callable[[Scene, Camera], Float[Array, "rows columns"]], scene: Scene, camera: Camera
+) -> Float[Array, "rows columns channels"]:
+    """The image of a camera with channels, of a function that makes those of one without."""
+    grey, response = replace(camera, response=None), camera.response
+    lights = [] if response is None else lights_of_channels(scene.light, response)
+    return jnp.stack([level * image(replace(scene, light=light), grey) for light, level in lights], axis=-1)
+
+
+def at_nodes(beats: Beats) -> Float[Any, "fields n"]:
+    """Fields at nodes, smooth whatever the spectrum: background, parts of the envelopes, turns."""
+    xp = module_of(beats.turns)
+    return xp.concatenate([beats.background[None], beats.envelope.real, beats.envelope.imag, beats.turns])
+
+
+def turn_range(coefficients: Float[Any, "fields count count"]) -> tuple[Any, Any]:
+    """Bounds of all pairs' path differences over an image [turns], of coefficients as `at_nodes` orders fields."""
+    xp, pairs = module_of(coefficients), (len(coefficients) - 1) // 3
+    basis = xp.asarray(chebyshev.basis(_POINTS, coefficients.shape[-1]))
+    turns = basis.T @ coefficients[1 + 2 * pairs :] @ basis
+    turns = turns if xp is np else jax.lax.stop_gradient(turns)
+    step = xp.maximum(abs(xp.diff(turns, axis=1)).max(), abs(xp.diff(turns, axis=2)).max())
+    return turns.min() - step, turns.max() + step
+
+
+def on_nodes(coefficients: Float[Array, "fields count count"], scene: Scene, camera: Camera):
+    """The image of traced coefficients, as `at_nodes` orders fields."""
+    channels = channels_of(scene.light, camera.response)
+    tables = spectral(channels, *turn_range(coefficients), _TRACED, only_real=False)
+    image = combined(chebyshev.expand(coefficients, camera.shape), tables.levels, tables.wave, over_carrier=False)
+    return image if camera.response is not None else image[..., 0]
+
+
+@dataclass(frozen=True, eq=False)
+class InChannels(AbstractPicture):
+    """Pixels that are looked up in tables of a spectrum, from smooth fields.
+
+    - `coefficients`: as `at_nodes` orders fields, in NumPy; `tables` of the spectrum, over the carrier or not.
+    - `has_response`: whether the image has an axis for channels.
+    - `result`: the type of an image.
+    """
+
+    coefficients: Float[np.ndarray, "fields nodes nodes"]
+    shape: tuple[int, int]
+    tables: Spectral
+    over_carrier: bool
+    has_response: bool
+    result: str
+
+    def image(self) -> Float[Array, "rows columns *channels"]:
+        return self._rows(0, self.shape[0])
+
+    def _rows(self, first: int, count: int) -> Array:
+        of_rows = image_in_channels(
+            self.coefficients, self.shape, self.tables.levels, self.tables.wave, self.over_carrier, (first, count)
+        )
+        with x64():
+            return (of_rows if self.has_response else of_rows[..., 0]).astype(self.result)
+
+    def blocks(self, rows: int) -> Iterator[tuple[int, Float[np.ndarray, "rows columns *channels"]]]:
+        for first, count in starts(self.shape[0], rows):
+            yield first, np.asarray(self._rows(first, count))
+
+    @classmethod
+    def images(
+        cls, pictures: Sequence[Any], reduce: Callable[[Array], Any] | None, batch: int, done: Callable[[int], object]
+    ) -> Any:
+        """One picture after the other, whatever the batch."""
+        del batch
+        return one_by_one((picture.image() for picture in pictures), len(pictures), reduce, done)
