@@ -195,6 +195,7 @@ class Reason(Wording):
 
     # A table of ring readings: what was read.
     ROWS_LEFT_OUT = "{rows} with an empty cell left out"
+    ROWS_WITHOUT_ORDER = "{listed}: the order is no number; left out"
     CENTRE_LEFT_OUT = "{readings} of radius 0 (order {orders}): the centre, no ring; left out"
     COLUMN_TAKEN = "{column} was taken for {meaning}; if it is not, name the column with columns or --column"
     COLUMNS_UNITED = "{columns} are readings of the same rings, each of which counts"

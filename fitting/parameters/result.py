@@ -57,7 +57,8 @@ def says_its_origin(verb: Callable[Arguments, Result]) -> Callable[Arguments, Re
     @functools.wraps(verb)
     def with_origin(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
         source = args[0] if args else kwargs.get(first)
-        file = Path(source) if isinstance(source, str | Path) else None
+        # A text with line breaks is a table that was pasted.
+        file = Path(source) if isinstance(source, str | Path) and "\n" not in str(source) else None
         # What is not there, or cannot be read, the verb itself refuses.
         data = (file.read_bytes() if file.is_file() else b"") if file else _bytes_of(source)
         origin = origin_of(data, {name: value for name, value in kwargs.items() if name != first}, file)
@@ -79,6 +80,8 @@ def origin_of(data: Any, arguments: Mapping[str, Any], file: Path | None = None)
 
 def _bytes_of(source: Any) -> Any:
     """What is hashed of an array or a table; the pixels of an array without a copy of them."""
+    if isinstance(source, str):
+        return source.encode(errors="replace")
     if isinstance(source, Mapping):
         return repr({str(key): np.asarray(column, dtype=object).tolist() for key, column in source.items()}).encode()
     try:

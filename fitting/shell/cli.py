@@ -12,7 +12,7 @@ from fitting.parameters import output
 from fitting.shell import stopping
 from fitting.shell.batch_command import batch
 from fitting.shell.bench_options import with_bench_options
-from fitting.shell.measuring_verbs import fit, rings, scale
+from fitting.shell.measuring_verbs import fit, rings, scale, wedge
 from fitting.shell.options import Bits, Epsilon, Force, ScreenPixel, Shape
 from fitting.shell.study_verbs import design, sensitivity, tradeoff
 from fitting.studies import exit_status
@@ -44,9 +44,20 @@ def main(arguments: list[str] | None = None) -> int:
     except typer.TyperException as error:
         return _fail(error.format_message())
     except (ValueError, OSError) as error:
-        return _fail(str(error), exit_status(error))
+        return _fail(_with_advice(error, arguments), exit_status(error))
     except typer.Abort:
         return 130
+
+
+def _with_advice(error: Exception, arguments: list[str]) -> str:
+    """An error's text; of a table that is not understood with the command that would read it."""
+    columns = getattr(error, "suggestion", None)
+    if not columns:
+        return str(error)
+    from fitting.shell.rings_verb import command_with
+
+    command = command_with(columns, arguments)
+    return f"{getattr(error, 'lack', '')}; this command reads it, if it names the columns rightly: {command}"
 
 
 def _one_by_one(arguments: list[str]) -> list[str]:
@@ -134,7 +145,7 @@ def render(
     return render_verb.run(what)
 
 
-for measuring in (fit, batch, scale, rings):
+for measuring in (fit, batch, scale, rings, wedge):
     app.command()(measuring)
 for study in (tradeoff, sensitivity, design):
     app.command()(study)

@@ -1,13 +1,17 @@
-"""The verbs that measure: `fit`, `scale`, `rings`. What is heavy is imported inside them."""
+"""The verbs that measure: `fit`, `scale`, `rings`, `wedge`. What is heavy is imported inside them."""
 
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from fitting.shell import quantities
+from fitting.shell import lamps, quantities
 from fitting.shell.options import (
+    Columns,
+    Encoding,
     Force,
+    GapIndex,
+    GapIndexSd,
     Json,
     KnownRadius,
     MaskImage,
@@ -19,7 +23,9 @@ from fitting.shell.options import (
     PlateSd,
     ScaleFrom,
     SceneFile,
+    Separator,
     Transfer,
+    Vernier,
     View,
     Wave,
     WaveSd,
@@ -94,7 +100,12 @@ def scale(
 
 
 def rings(
-    table: Annotated[Path, typer.Argument(metavar="TABLE.csv", help="Ring readings: a header and one row a reading.")],
+    table: Annotated[
+        Path,
+        typer.Argument(
+            metavar="TABLE", help="Ring readings (CSV, text, .xlsx, .ods): a header and one row a reading; - is stdin."
+        ),
+    ],
     wavelength: Wave = None,
     wavelength_sd: WaveSd = None,
     pixel_size: Pixel = None,
@@ -113,10 +124,8 @@ def rings(
     view_angle_sd: Annotated[
         Any, option(quantities.angle_sd, "ANGLE|PERCENT", "Standard deviation of the angle of view.")
     ] = None,
-    gap_index: Annotated[float, typer.Option(help="Refractive index of what fills the gap.")] = 1.0,
-    gap_index_sd: Annotated[
-        Any, option(quantities.number_sd, "NUMBER|PERCENT", "Standard deviation of the gap's index.")
-    ] = None,
+    gap_index: GapIndex = 1.0,
+    gap_index_sd: GapIndexSd = None,
     expected_radius: Annotated[
         float | None,
         option(
@@ -125,9 +134,10 @@ def rings(
     ] = None,
     wedge_length: WedgeLength = None,
     wedge_length_sd: WedgeLengthSd = None,
-    column: Annotated[
-        list[str] | None, typer.Option(metavar="NAME=COLUMN", help="The table's own name of a column; may be repeated.")
-    ] = None,
+    column: Columns = None,
+    separator: Separator = None,
+    encoding: Encoding = None,
+    vernier: Vernier = None,
     json: Json = None,
     output_dir: OutputDir = None,
     force: Force = False,
@@ -135,9 +145,10 @@ def rings(
     """Measure the lens radius from a table of ring readings: the slope of r² against order.
 
     Columns: order; left_mm with right_mm, or diameter_mm, or radius_mm, the first
-    that is there (also um, cm, m, px; "diameter (mm)" and "diameter, mm" are the
-    same); sd_mm (or sigma, error) of that reading, if stated; series, if several.
-    With --radius instead of --wavelength the wavelength is measured.
+    that is there (also um, cm, m, px; "diameter (mm)", "D / mm", "Durchmesser in mm"
+    are the same); sd_mm (or sigma, error) of that reading, if stated; series, if
+    several. The report says what was understood; --column, --separator, --encoding
+    overrule it. With --radius instead of --wavelength the wavelength is measured.
 
     Ring 1 is the first dark ring outside of the centre: in contact r² = m λ R
     reflected, (2m - 1) λ R / 2 transmitted. With --bright it is the first bright
@@ -169,5 +180,51 @@ def rings(
         "wedge_length": wedge_length,
         "wedge_length_sd": wedge_length_sd,
         "columns": own_columns(column or []),
+        "separator": separator,
+        "encoding": encoding,
+        "vernier": vernier,
     }
     return rings_verb.run(table, options, Outputs(json, output_dir, force))
+
+
+def wedge(
+    table: Annotated[Path, typer.Argument(metavar="TABLE", help="Positions of straight fringes; - is stdin.")],
+    wavelength: Annotated[Any, option(lamps.wavelength, "LENGTH|LINE", "Vacuum wavelength, or a line such as sodium.")],
+    wavelength_sd: WaveSd = None,
+    length: Annotated[
+        float | None,
+        option(quantities.positive_length, "LENGTH", "From the line of contact to what holds the wedge open."),
+    ] = None,
+    length_sd: WedgeLengthSd = None,
+    gap_index: GapIndex = 1.0,
+    gap_index_sd: GapIndexSd = None,
+    column: Columns = None,
+    separator: Separator = None,
+    encoding: Encoding = None,
+    vernier: Vernier = None,
+    json: Json = None,
+    output_dir: OutputDir = None,
+    force: Force = False,
+) -> int:
+    """Measure the angle of an air wedge from a table of its straight fringes, and with --length what holds it open.
+
+    Columns: order; position_mm across the fringes (also um, cm, m); sd_mm, if
+    stated. With --length, from the line of contact, the thickness there comes out:
+    of a hair, or a foil.
+    """
+    from fitting.shell import rings_verb
+    from fitting.shell.answer import Outputs
+
+    options = {
+        "wavelength": wavelength.within(1.0),
+        "wavelength_sd": wavelength.sd if wavelength_sd is None else wavelength_sd,
+        "length": length,
+        "length_sd": length_sd,
+        "gap_index": gap_index,
+        "gap_index_sd": gap_index_sd,
+        "columns": own_columns(column or []),
+        "separator": separator,
+        "encoding": encoding,
+        "vernier": vernier,
+    }
+    return rings_verb.run_wedge(table, options, Outputs(json, output_dir, force))

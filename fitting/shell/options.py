@@ -132,6 +132,23 @@ WedgeLength = Annotated[
     option(quantities.positive_length, "LENGTH", "Of positions of straight fringes: where the wedge's end is."),
 ]
 WedgeLengthSd = Annotated[Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of that length.")]
+Columns = Annotated[
+    list[str] | None,
+    typer.Option("--column", metavar="NAME=COLUMN", help="The table's own name of a column; may be repeated."),
+]
+Separator = Annotated[
+    Literal["comma", "semicolon", "tab", "bar", "blank"] | None,
+    typer.Option(help="What stands between the table's cells.", show_default="found"),
+]
+Encoding = Annotated[
+    str | None, typer.Option(metavar="NAME", help="Encoding of the table, such as cp1251.", show_default="found")
+]
+Vernier = Annotated[
+    float | None,
+    option(quantities.positive_length, "LENGTH", "Worth of a division of the vernier beside a main scale."),
+]
+GapIndex = Annotated[float, typer.Option(help="Refractive index of what fills the gap.")]
+GapIndexSd = Annotated[Any, option(quantities.number_sd, "NUMBER|PERCENT", "Standard deviation of the gap's index.")]
 PlateRadius = Annotated[
     float | None,
     option(quantities.length, "LENGTH", "Radius of a curved plate, negative where it is hollow to the lens.", "flat"),

@@ -1,61 +1,64 @@
-"""Columns of a table: from a CSV file, or from what a program holds, to lists of cells by header."""
+"""Columns of a table: from a file, pasted text, or what a program holds, to lists of cells by header."""
 
-import codecs
-import csv
-import math
 import re
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fitting.tables.headers import NAMES, UNIT_WORDS, is_chinese, words_of
+from fitting.tables.cells import column_of
+from fitting.tables.headers import METRES, NAMES, UNIT_WORDS, canonical, unit_of
+from fitting.tables.layout import Layout, layout_of
+from fitting.tables.sources import grid_of
+from fitting.tables.vocabulary import words_of
 
 _WHAT = "give the path of a CSV file with a header, or columns by name such as {'order': [1, 2], 'diameter_mm': [3, 4]}"
-
-# Excel says its delimiter in a line of its own.
-_SEPARATOR = re.compile(r'\s*"?sep=([,;\t|]?).?"?\s*', re.IGNORECASE)
-_DECIMAL_COMMA = re.compile(r"-?\d+,(\d+)")
-_COMMENTS = ("#", "%", "//")
-# Workbooks, new (a ZIP archive) and old (a compound file).
-_WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
-# Characters that no table has.
-_NO_TEXT = re.compile(r"[\x00-\x08\x0e-\x1b\x7f\ufffe\uffff]")
+# "all lengths in mm" above a table, and the constant of a vernier.
+_UNIT_ABOVE = re.compile(r"(?:\b(?:in|en|units?:?|einheit:?|unité:?)\s+|\[|\()(mm|cm|µm|μm|um|мм|см)\b", re.IGNORECASE)
+_CONSTANT = re.compile(
+    r"(?:\bl\.?\s*c\b\.?|least\s+count|vernier\s+constant|\bv\.?\s*c\b\.?|noniuswert|nonius\w*)[^\d]{0,25}"
+    r"(\d*[.,]?\d+)\s*(mm|cm|um|µm|μm|m)\b",
+    re.IGNORECASE,
+)
 
 
-def columns_of(table: Any) -> tuple[dict[str, Sequence], list[int]]:
+@dataclass(frozen=True)
+class RawTable:
     """Cells by header, and the line of the file (or the row) that each row stands on.
+
+    `form`: how a file was read; `ignored`: rows that are none of the table; `constant` of a vernier that is stated
+    above it, "" without one.
+    """
+
+    cells: dict[str, Sequence]
+    lines: list[int]
+    form: str = ""
+    ignored: tuple[str, ...] = ()
+    constant: str = ""
+
+
+def columns_of(table: Any, separator: str | None = None, encoding: str | None = None) -> RawTable:
+    """The columns of a table.
 
     Raises FileNotFoundError, and ValueError for what is no table.
     """
     if isinstance(table, Mapping):
         return _of_mapping(table)
     if isinstance(table, str | Path):
-        return _of_file(Path(table))
+        return _of_grid(table, separator, encoding)
     raise ValueError(f"the table is of type {type(table).__name__}; {_WHAT}")
 
 
-def numbers(cells: Sequence, name: str, lines: Sequence[int]) -> np.ndarray:
-    """Cells as numbers, NaN for an empty one. Raises ValueError for text and infinities, with the line."""
-    values = np.empty(len(cells))
-    for row, (cell, line) in enumerate(zip(cells, lines, strict=True)):
-        text = str(cell).strip()
-        try:
-            values[row] = float(text.replace("_", "?")) if text else math.nan
-        except ValueError:
-            raise ValueError(
-                f"line {line}, column {name}: {text[:40]!r} is not a number; give a plain number"
-            ) from None
-    if np.isinf(values).any():
-        row = int(np.flatnonzero(np.isinf(values))[0])
-        raise ValueError(f"line {lines[row]}, column {name}: {cells[row]!r} is not finite; give a plain number")
-    return values
+def constant_of(raw: RawTable) -> float | None:
+    """What a division of the vernier is worth [m], as stated above the table; None without."""
+    digits, _, unit = raw.constant.partition(" ")
+    return float(digits) * METRES[UNIT_WORDS[words_of(unit)[0]]] if digits else None
 
 
-def _of_mapping(table: Mapping) -> tuple[dict[str, Sequence], list[int]]:
-    cells = {}
+def _of_mapping(table: Mapping) -> RawTable:
+    cells: dict[str, Sequence] = {}
     for name, values in table.items():
         try:
             column = np.atleast_1d(np.asarray(values))
@@ -70,90 +73,52 @@ def _of_mapping(table: Mapping) -> tuple[dict[str, Sequence], list[int]]:
     if len(set(lengths.values())) != 1:
         stated = ", ".join(f"{name} {length}" for name, length in lengths.items())
         raise ValueError(f"the columns have different lengths ({stated}); give one number for each row")
-    return cells, list(range(1, next(iter(lengths.values())) + 1))
+    return RawTable(cells, list(range(1, next(iter(lengths.values())) + 1)))
 
 
-def _of_file(path: Path) -> tuple[dict[str, Sequence], list[int]]:
-    if not path.is_file():
-        raise FileNotFoundError(f"{path} is no file; give the path of a table of ring readings (CSV with a header)")
-    lines = _text_of(path).splitlines()
-    separators = [_SEPARATOR.fullmatch(line) for line in lines]
-    numbered = [(n, line) for n, line in enumerate(lines, 1) if separators[n - 1] is None]
-    rows = [(n, line) for n, line in numbered if line.strip() and not line.lstrip().startswith(_COMMENTS)]
-    if len(rows) < 2:
-        raise ValueError(f"{path} holds no readings; give a header and one row a ring")
-    delimiter = next((match[1] for match in separators if match and match[1]), _delimiter_of(rows[0][1]))
+def _of_grid(table: str | Path, separator: str | None, encoding: str | None) -> RawTable:
+    grid = grid_of(table, separator, encoding)
     try:
-        header, *body = csv.reader([line for _, line in rows], delimiter=delimiter)
-    except csv.Error as error:
-        raise ValueError(f"{path} is no CSV file ({error}); give a header and one row a ring") from None
-    if len(body) != len(rows) - 1:
-        raise ValueError(f"{path}: a quoted cell spans several lines; give one line a row")
-    names = [name.strip() for name in header]
-    if len(body) > 1 and len(body[0]) == len(names) and (units := _units(body[0])):
-        names = [f"{name} ({unit})" if unit else name for name, unit in zip(names, units, strict=True)]
-        del body[0], rows[1]
-    names = [name.lower() if name.lower() in NAMES and name.lower() not in names else name for name in names]
-    if twice := sorted({name for name in names if names.count(name) > 1}):
-        raise ValueError(f"{path}: the header names {', '.join(map(repr, twice))} twice; give each column one name")
-    if any(len(row) != len(names) for row in body):
-        bad = next(n for (n, _), row in zip(rows[1:], body, strict=True) if len(row) != len(names))
-        raise ValueError(f"{path}, line {bad}: its number of cells is not the header's {len(names)}")
-    columns = [[row[k] for row in body] for k in range(len(names))]
-    if delimiter != ",":
-        columns = [[cell.replace(",", ".") for cell in column] for column in columns]
-    cells: dict[str, Sequence] = {name: _with_points(column) for name, column in zip(names, columns, strict=True)}
-    return cells, [n for n, _ in rows[1:]]
+        layout = layout_of(grid)
+    except ValueError as error:
+        name = "the text" if isinstance(table, str) and "\n" in table else str(table)
+        raise ValueError(f"{name}: {error}") from None
+    names = [name.lower() if name.lower() in NAMES and name.lower() not in layout.names else name
+             for name in layout.names]  # fmt: skip
+    cells, has_commas = _cells(names, layout, grid.separator == ",", _unit_above(layout))
+    if len(layout.block_names) > 1 and not any(canonical(name) == "series" for name in names):
+        cells["series"] = [layout.block_names[k] for k in layout.block]
+    form = ", ".join(filter(None, [grid.form, "decimal commas" if has_commas else ""]))
+    return RawTable(cells, layout.lines, form, tuple(layout.ignored), _constant_above(layout.titles))
 
 
-def _text_of(path: Path) -> str:
-    """A file's text: UTF-8, UTF-16 with a byte-order mark, or what Windows writes in China and in the West.
-
-    Raises ValueError for what is no text.
-    """
-    content = path.read_bytes()
-    if content.startswith(_WORKBOOKS):
-        raise ValueError(f"{path} is a workbook of a spreadsheet program; save its sheet as CSV and give that")
-    encodings = (
-        ("utf-16",)
-        if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-        else ("utf-8-sig", "gb18030", "cp1252")
-    )
-    for encoding in encodings:
-        with suppress(UnicodeDecodeError):
-            text = content.decode(encoding)
-            # Western letters may pass for Chinese ones, but not for the words of a table's header.
-            if encoding == "gb18030" and not is_chinese(text):
-                continue
-            if not _NO_TEXT.search(text):
-                return text
-    raise ValueError(f"{path} is no text; give a table of ring readings (CSV with a header)")
+def _constant_above(titles: Sequence[str]) -> str:
+    """The constant of a vernier that the lines above a table state, as "0.01 mm"; "" without one."""
+    constant = _CONSTANT.search(" ".join(titles))
+    return f"{constant[1].replace(',', '.')} {constant[2]}" if constant else ""
 
 
-def _units(row: list[str]) -> list[str]:
-    """The units in a row below the header that holds nothing else; empty where it is no such row."""
-    words = [words_of(cell) for cell in row]
-    is_unit = [len(cell) == 1 and cell[0] in UNIT_WORDS for cell in words]
-    if not any(is_unit) or not all(unit or not cell for unit, cell in zip(is_unit, words, strict=True)):
-        return []
-    return [UNIT_WORDS[cell[0]] if unit else "" for unit, cell in zip(is_unit, words, strict=True)]
+def _cells(
+    names: list[str], layout: Layout, comma_separates: bool, unit_above: str
+) -> tuple[dict[str, Sequence], bool]:
+    """Cells by name, with units in the names that stand in the cells, and deviations as columns of their own."""
+    cells: dict[str, Sequence] = {}
+    has_commas = False
+    for k, name in enumerate(names):
+        column = column_of([row[k] for row in layout.rows], comma_separates=comma_separates)
+        has_commas |= column.has_commas
+        unit = column.unit or (unit_above if canonical(name) in ("diameter", "radius", "left", "right") else "")
+        stated = unit_of(name)
+        if stated and column.unit and stated != column.unit:
+            raise ValueError(f"column {name!r} is in {stated}, its cells in {column.unit}; put the right unit in one")
+        with_unit = f"{name} ({unit})" if unit and not stated else name
+        cells[with_unit] = column.cells
+        if column.deviations is not None:
+            cells[f"error {with_unit}"] = column.deviations
+    return cells, has_commas
 
 
-def _delimiter_of(header: str) -> str:
-    """Tab or semicolon where the header has any, for then commas are within its names; else comma."""
-    outside_quotes = re.sub(r'"[^"]*"', "", header)
-    delimiter = max(";\t", key=outside_quotes.count)
-    return delimiter if delimiter in outside_quotes else ","
-
-
-def _with_points(column: list[str]) -> list[str]:
-    """Cells with a point for a decimal comma, where each is a whole number with decimals.
-
-    Three decimals each, beside whole numbers, may be thousands: these are left, and are no numbers.
-    """
-    with_comma = [_DECIMAL_COMMA.fullmatch(cell.strip()) for cell in column]
-    decimals = {len(match[1]) for match in with_comma if match}
-    has_whole_numbers = any(cell.strip().lstrip("-").isdigit() for cell in column)
-    if not decimals or (decimals == {3} and has_whole_numbers):
-        return column
-    return [cell.replace(",", ".") if match else cell for cell, match in zip(column, with_comma, strict=True)]
+def _unit_above(layout: Layout) -> str:
+    """The unit of lengths that the lines above a table state, where they state one."""
+    units = {unit_of(f"x {match[1]}") for match in _UNIT_ABOVE.finditer(" ".join(layout.titles))}
+    return next(iter(units)) if len(units) == 1 else ""

@@ -1,7 +1,8 @@
 """Names of columns: what a header says of kind and unit, in the spellings that people use."""
 
-import re
 from collections.abc import Iterable
+
+from fitting.tables.vocabulary import words_of
 
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
 UNITS = (*METRES, "px")
@@ -15,38 +16,24 @@ UNIT_WORDS = {unit: unit for unit in UNITS} | {
     "micron": "um", "microns": "um", "micrometre": "um", "micrometer": "um", "micrometres": "um", "micrometers": "um",
     "millimetre": "mm", "millimeter": "mm", "millimetres": "mm", "millimeters": "mm",
     "centimetre": "cm", "centimeter": "cm", "centimetres": "cm", "centimeters": "cm",
-    "pixel": "px", "pixels": "px",
+    "pixel": "px", "pixels": "px", "divisions": "px",
 }  # fmt: skip
-DEVIATIONS = {"sd", "sigma", "error", "err", "uncertainty", "std", "stdev", "stddev", "deviation"}
+DEVIATIONS = {"sd", "sigma", "error", "err", "uncertainty", "std", "stdev", "stddev", "deviation", "u"}
 _SERIES = {"series", "run", "set", "trial", "observer", "repeat", "measurement"}
-FILLERS = {"ring", "rings", "of", "the", "reading", "readings", "standard", "side", "x", "dark", "bright"}
+FILLERS = {
+    "ring", "rings", "of", "the", "reading", "readings", "standard", "side", "x", "dark", "bright", "edge", "total",
+    "tr",     "value", "values", "measured", "microscope",
+}  # fmt: skip
 LETTERS = {"d": "diameter", "r": "radius"}
 ORDER_LETTERS = {"m", "n", "k", "p"}
 # What a column of orders is called by those who do not call it that.
-ORDER_LIKE = {"m", "n", "k", "p", "j", "ring", "number", "no", "nr", "index", "i", "fringe", "#", "order"}
-_SIGNS = str.maketrans({"µ": "u", "μ": "u", "σ": " sigma ", "±": " sd ", "Δ": " sd ", "δ": " sd ", "²": " squared "})
-# What students of other languages write, as words; in Chinese as parts of a text without blanks, the longest first.
-_TRANSLATIONS = {
-    "ordnung": "order", "ordnungszahl": "order", "ringnummer": "order", "ordre": "order", "orden": "order",
-    "ordine": "order", "ordem": "order", "порядок": "order", "durchmesser": "diameter", "ringdurchmesser": "diameter",
-    "diamètre": "diameter", "diametre": "diameter", "diametro": "diameter", "diámetro": "diameter",
-    "diâmetro": "diameter", "диаметр": "diameter", "halbmesser": "radius", "ringradius": "radius", "rayon": "radius",
-    "raggio": "radius", "radio": "radius", "raio": "radius", "радиус": "radius", "links": "left", "gauche": "left",
-    "izquierda": "left", "sinistra": "left", "rechts": "right", "droite": "right", "derecha": "right",
-    "destra": "right", "messung": "series", "messreihe": "series", "série": "series", "serie": "series",
-    "fehler": "sd", "unsicherheit": "sd", "standardabweichung": "sd", "incertitude": "sd", "écart": "sd",
-    "mittelwert": "mean", "mittel": "mean", "moyenne": "mean", "moyen": "mean", "average": "mean", "avg": "mean",
-    "quadrat": "squared", "carré": "squared", "lage": "position", "anneau": "ring", "mittlerer": "mean",
-    "nummer": "number", "numéro": "number", "n°": "number",
-    "de": "of", "des": "of", "der": "of", "le": "the", "la": "the", "du": "of",
-}  # fmt: skip
-_CHINESE = {
-    "标准不确定度": "sd", "不确定度": "sd", "标准差": "sd", "误差": "sd", "平均值": "mean", "平均": "mean",
-    "直径": "diameter", "半径": "radius", "级次": "order", "级数": "order", "环序": "order", "环数": "order",
-    "序数": "order", "平方": "squared", "毫米": "mm", "厘米": "cm", "微米": "um", "位置": "position", "读数": "reading",
-    "暗环": "ring", "亮环": "ring", "圆环": "ring", "左侧": "left", "右侧": "right", "左": "left", "右": "right",
-    "环": "ring", "组": "series", "的": "of",
-}  # fmt: skip
+_RANKS = (
+    {"order"}, {"m", "n", "k", "p", "j", "i"}, {"ring", "rings", "fringe"}, {"number", "no", "nr", "index", "#"},
+)  # fmt: skip
+ORDER_LIKE = set().union(*_RANKS)
+_BESIDE_ORDERS = {"of", "the", "dark", "bright"}
+# Of the ring, of the order: in French and Italian.
+_ARTICLES = {"l", "d", "dell"}
 
 
 def canonical(header: str) -> str:
@@ -55,6 +42,8 @@ def canonical(header: str) -> str:
     A column of deviations is "sd", with the kind of size between where the header names one: "sd_radius_mm".
     """
     words = [word for word in words_of(header) if word not in FILLERS]
+    # "in" is an inch where no other unit follows.
+    words = [word for k, word in enumerate(words) if word != "in" or not set(words[k + 1 :]) & UNIT_WORDS.keys()]
     if "order" in words and all(word in ORDER_LETTERS or word == "order" for word in words):
         return "order"
     if len(words) == 1 and words[0] in _SERIES:
@@ -80,6 +69,16 @@ def is_deviation(header: str) -> bool:
     return any(word in DEVIATIONS for word in words_of(header))
 
 
+def order_rank(header: str) -> int | None:
+    """How surely a header is that of the orders, 0 the surest; None for another one."""
+    words = set(words_of(header)) - _BESIDE_ORDERS
+    if words & {"ring", "fringe", "order"}:
+        words -= _ARTICLES
+    if not words or not words <= ORDER_LIKE:
+        return None
+    return next(rank for rank, likely in enumerate(_RANKS) if words & likely)
+
+
 def order_like(headers: Iterable[str]) -> str:
     """The first header that may be that of the orders; "ITS-NAME" without one."""
     return next((header for header in headers if header.strip().lower() in ORDER_LIKE), "ITS-NAME")
@@ -92,18 +91,3 @@ def size_advice(headers: Iterable[str]) -> str:
         return "name one with its unit, such as diameter_mm=ITS-NAME for diameters in mm"
     header, unit = stated[0]
     return f"name one, such as diameter_{unit}={header} or radius_{unit}={header}"
-
-
-def is_chinese(text: str) -> bool:
-    """Whether a text holds words of a Chinese table."""
-    return any(word in text for word in _CHINESE if len(word) > 1)
-
-
-def words_of(header: str) -> list[str]:
-    """A header's words, in lower case and in English, "squared" for signs of it."""
-    text = header.translate(_SIGNS).lower()
-    for chinese, word in _CHINESE.items():
-        text = text.replace(chinese, f" {word} ")
-    text = re.sub(r"\^\s*2", " squared ", text)
-    words = [word for word in re.split(r"[\s_,;:/()\[\]{}.|（）、-]+", text) if word]
-    return [_TRANSLATIONS.get(word, word) for word in words]

@@ -35,6 +35,9 @@ def rings(
     gap_index_sd: float | str | None = None,
     expected_radius: float | None = None,
     columns: Mapping[str, str] | None = None,
+    separator: str | None = None,
+    encoding: str | None = None,
+    vernier: float | None = None,
 ) -> RingsResult:
     """The lens radius from a table of ring readings: the slope of r² against order is R λ / (n cos θ).
 
@@ -45,7 +48,8 @@ def rings(
     is not as stated, and radii that no lens has are said in the warnings, or are the reason of a refusal.
 
     Args:
-      table: a CSV file, or columns by name; `fitting.tables.table.readings` tells which.
+      table: a CSV file or a workbook, a text with line breaks, or columns by name; `fitting.tables.table.readings`
+        tells which.
       wavelength: in vacuum, or in air with air as the index 1 [m]. Without it `radius` gives it.
       pixel_size: [m], for readings in pixels; without it the answer is the slope.
       radius: of the lens where it is known [m]: the wavelength is measured instead.
@@ -55,7 +59,10 @@ def rings(
       wavelength_sd, pixel_size_sd, radius_sd, view_angle_sd, gap_index_sd: standard deviations, in the same units or as
         "0.1%".
       expected_radius: rough [m]; radii and diameters, or units, that look mistaken are then warned of.
-      columns: names of the table's own columns, as {"diameter_mm": "D"}.
+      columns: names of the table's own columns, as {"diameter_mm": "D"}; "row" for order are the rows' numbers.
+      separator, encoding: of the file where they are taken wrongly: "comma", "semicolon", "tab", "bar", "blank"; a name
+        that Python knows.
+      vernier: what a division of a vernier beside a main scale is worth [m].
 
     Raises ValueError and FileNotFoundError for input that cannot be used; what the readings cannot give comes back as a
     status and a message.
@@ -63,7 +70,7 @@ def rings(
     """
     began = time.perf_counter()
     sds = _checked_sds(locals())
-    read = readings(table, columns)
+    read = readings(table, columns, separator=separator, encoding=encoding, vernier=vernier)
     if read.is_wedge:
         raise ValueError(
             f"the table has no ring sizes but {read.column}: positions of straight fringes, as of a wedge, give no "
@@ -87,6 +94,7 @@ def rings(
         "gap_index": gap_index / bench.path**2 * sds["gap_index"],
     }
     model = {
+        "table": read.understood,
         "rings": f"{'bright' if bright else 'dark'}, {view}, read from {read.column}",
         "line": f"r² against order, free intercept, {'weighted' if read.sd is not None else 'equal weights'}",
         "gap": f"exact sphere, index {gap_index:g}, seen at {np.degrees(view_angle):g}°",

@@ -2,17 +2,23 @@
 
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from fitting.reasons import Reason
 from fitting.tables import headers
-from fitting.tables.columns import numbers
+from fitting.tables.cells import numbers
 
+# Letters beside "left" and "right" that say nothing more.
+_SIDE_LETTERS = {"x", "y", "d", "l", "r"}
+_BY_LETTERS = {"l": "left", "r": "right", "xl": "left", "xr": "right", "x1": "left", "x2": "right", "li": "left",
+               "re": "right"}  # fmt: skip
 # What tells one of several readings of a ring from the others.
 _LABELS = {"a", "b", "c", "x", "y", "h", "v", "horizontal", "vertical", "first", "second", "third", "i", "ii", "iii"}
+# No ring is counted so far.
+_MOST = 1e9
 _NUMBERED = re.compile(r"([a-z]+)([1-9]\d?)")
 
 
@@ -41,21 +47,33 @@ def spelling(header: str) -> Spelling | None:
         for part in ((word[:-1], "squared") if word[:-1] in headers.METRES and word[-1] == "2" else (word,))
     ]
     is_square, is_mean = "squared" in words, "mean" in words
-    words = [word for word in words if word not in ("squared", "mean") and word not in headers.FILLERS - {"x"}]
-    unit = headers.UNIT_WORDS.get(words[-1], "") if len(words) > 1 else ""
-    if not unit:
-        return None
-    head, *labels = _with_numbers_apart(words[:-1])
-    kind = headers.LETTERS.get(head, head)
-    is_letter = head in headers.LETTERS
-    if is_letter and labels and labels[0] in headers.ORDER_LETTERS:
-        labels = labels[1:]
+    words = [word for word in words if word not in ("squared", "mean", "in", *headers.FILLERS - {"x"})]
+    place = next((k for k in range(len(words) - 1, 0, -1) if words[k] in headers.UNIT_WORDS), 0)
     # "d_m" alone may be a diameter in metres, or that of ring m.
-    is_subscript = unit == "m" and re.fullmatch(r"\s*[dDr]_?m\s*", header)
-    is_label = len(labels) <= 1 and all(label in _LABELS or label.isdigit() for label in labels)
-    if kind not in headers.SIZES or not is_label or is_subscript:
+    if not place or (words[place] == "m" and re.fullmatch(r"\s*[dDr]_?m\s*", header)):
         return None
+    unit = headers.UNIT_WORDS[words[place]]
+    kind, labels = _kind_and_labels(_with_numbers_apart([*words[:place], *words[place + 1 :]]))
+    is_label = len(labels) <= 1 and all(label in _LABELS or label.isdigit() for label in labels)
+    if kind not in headers.SIZES or not is_label:
+        return None
+    is_letter = not any(word == kind for word in words)
     return Spelling(f"{kind}_{unit}", "".join(labels), is_mean, is_square, is_letter)
+
+
+def _kind_and_labels(words: list[str]) -> tuple[str, list[str]]:
+    """The kind of size that words speak of, and what is left: "diameter d n 2" is a diameter, 2."""
+    side = next((word for word in words if word in ("left", "right")), "")
+    if side:
+        # Of "d left", "x_l left", "left position" all is the reading on the left.
+        return side, [word for word in words if word not in (side, "diameter", "position", *_SIDE_LETTERS)]
+    head, *labels = words or [""]
+    kind = headers.LETTERS.get(head, head)
+    if labels and (labels[0] == kind[:1] or (kind == "position" and labels[0] == "x")):
+        labels = labels[1:]
+    if labels and labels[0] in headers.ORDER_LETTERS:
+        labels = labels[1:]
+    return kind, labels
 
 
 def _with_numbers_apart(words: Sequence[str]) -> list[str]:
@@ -69,11 +87,15 @@ def _with_numbers_apart(words: Sequence[str]) -> list[str]:
 
 @dataclass(frozen=True)
 class Table:
-    """Cells by header, the line that each row stands on, and what is to be said of the columns."""
+    """Cells by header, the line that each row stands on, and what is to be said of the columns.
+
+    `origins`: the table's own header of a column that got a usual name.
+    """
 
     cells: dict[str, Sequence]
     lines: list[int]
     notes: list[str]
+    origins: dict[str, str] = field(default_factory=dict)
 
 
 def in_usual_names(cells: Mapping[str, Sequence], lines: list[int], mapped: Collection[str]) -> Table:
@@ -83,9 +105,12 @@ def in_usual_names(cells: Mapping[str, Sequence], lines: list[int], mapped: Coll
     the same rings, one below the other. `mapped`: headers that the user has named.
     """
     usual = {headers.canonical(header) for header in cells if header not in mapped}
-    table = (
-        _with_orders(Table(dict(cells), lines, []), mapped) if "order" not in usual else Table(dict(cells), lines, [])
-    )
+    table = Table(dict(cells), lines, [])
+    if "order" not in usual:
+        table = _with_orders(table, mapped)
+    if not any(name in headers.NAMES and name != "order" for name in usual):
+        table = _with_sides(table, mapped)
+        usual |= {name for name in table.origins if name != "order"}
     unusual = {
         header: spelled
         for header in table.cells
@@ -125,24 +150,39 @@ _SIZES = tuple(kind[:4] for kind in headers.SIZES)
 def _renamed(table: Table, header: str, name: str, is_doubtful: bool) -> Table:
     cells = {name if column == header else column: values for column, values in table.cells.items()}
     notes = [Reason.COLUMN_TAKEN(column=header, meaning=name)] if is_doubtful else []
-    return Table(cells, table.lines, [*table.notes, *notes])
+    return replace(table, cells=cells, notes=[*table.notes, *notes], origins=table.origins | {name: header})
 
 
 def _with_orders(table: Table, mapped: Collection[str]) -> Table:
-    """The table with the one column of whole numbers for its orders that is called as orders often are."""
-    candidates = []
+    """The table with the one column of whole numbers for its orders that is called most as orders are."""
+    candidates: dict[int, list[str]] = {}
     for header, values in table.cells.items():
-        words = set(headers.words_of(header))
-        if header in mapped or not words or not words <= headers.ORDER_LIKE:
+        rank = headers.order_rank(header)
+        if header in mapped or rank is None:
             continue
-        try:
-            orders = numbers(values, header, table.lines)
-        except ValueError:
-            continue
-        orders = orders[np.isfinite(orders)]
+        orders = numbers(values, header, table.lines, np.zeros(len(values), bool))
+        orders = orders[np.abs(orders) < _MOST]
         if len(np.unique(orders)) > 1 and np.all(2 * orders == np.round(2 * orders)):
-            candidates.append(header)
-    return _renamed(table, candidates[0], "order", is_doubtful=True) if len(candidates) == 1 else table
+            candidates.setdefault(rank, []).append(header)
+    if not candidates or len(likeliest := candidates[min(candidates)]) > 1:
+        return table
+    return _renamed(table, likeliest[0], "order", is_doubtful=min(candidates) > 0)
+
+
+def _with_sides(table: Table, mapped: Collection[str]) -> Table:
+    """The table with its columns of both sides, where two are called "L" and "R", "x_l" and "x_r" or "x1" and "x2"."""
+    by_side: dict[tuple[str, str], str] = {}
+    for header in table.cells:
+        words = [word for word in headers.words_of(header) if word not in headers.FILLERS - {"x"}]
+        unit = headers.UNIT_WORDS.get(words[-1], "") if len(words) > 1 else ""
+        side = _BY_LETTERS.get("".join(words[:-1]))
+        if unit and side and header not in mapped:
+            by_side.setdefault((side, unit), header)
+    for (side, unit), header in by_side.items():
+        if side == "left" and (partner := by_side.get(("right", unit))):
+            table = _renamed(table, header, f"left_{unit}", is_doubtful=True)
+            return _renamed(table, partner, f"right_{unit}", is_doubtful=True)
+    return table
 
 
 def _one_below_the_other(table: Table, repeated: Mapping[str, Mapping[str, str]]) -> Table:
@@ -155,15 +195,18 @@ def _one_below_the_other(table: Table, repeated: Mapping[str, Mapping[str, str]]
     }
     for name, by_label in alike.items():
         cells[name] = [cell for label in first for cell in table.cells[by_label[label]]]
-    note = Reason.COLUMNS_UNITED(columns=", ".join(sorted(merged)))
-    return Table(cells, table.lines * len(first), [*table.notes, note])
+    listed = ", ".join(sorted(merged))
+    origins = table.origins | {name: ", ".join(by_label.values()) for name, by_label in alike.items()}
+    notes = [*table.notes, Reason.COLUMNS_UNITED(columns=listed)]
+    return Table(cells, table.lines * len(first), notes, origins)
 
 
 def _rooted(table: Table, header: str, name: str) -> Table:
     """The table with the roots of a column of squares."""
-    squares = numbers(table.cells[header], header, table.lines)
+    squares = numbers(table.cells[header], header, table.lines, np.zeros(len(table.lines), bool))
     if np.any(squares < 0):
         raise ValueError(f"{header} holds a negative square; allowed: zero or more")
     cells = dict(table.cells) | {name: np.sqrt(squares).tolist()}
     del cells[header]
-    return Table(cells, table.lines, [*table.notes, Reason.SQUARES_TAKEN(column=header, sizes=name)])
+    notes = [*table.notes, Reason.SQUARES_TAKEN(column=header, sizes=name)]
+    return replace(table, cells=cells, notes=notes, origins=table.origins | {name: header})

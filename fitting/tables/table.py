@@ -1,19 +1,33 @@
 """Readings of a table: which columns are used, in which unit, and what is left out of them."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from fitting.parameters import number
 from fitting.reasons import Reason
 from fitting.tables import headers
-from fitting.tables.columns import columns_of, numbers
+from fitting.tables.cells import numbers
+from fitting.tables.columns import RawTable, columns_of, constant_of
 from fitting.tables.division import division, rounding_sd
+from fitting.tables.selection import (
+    SIZE_NAMES,
+    UnreadTableError,
+    deviation_column,
+    mapped_columns,
+    parts_of,
+    selection,
+    size_columns,
+    suggestion,
+)
 from fitting.tables.spellings import in_usual_names
-from newtonjax.numerics import shown
+from fitting.tables.understood import Rejected, sentence
+from fitting.tables.verniers import with_readings
 
 # Two columns of the same ring's size may differ by this share before it is worth a word.
 _AGREE = 0.02
@@ -31,7 +45,7 @@ class Readings:
 
     `column`: what was read; `length_unit`: its unit in the table; `series` [readings]: numbers of series, None without;
     `series_names` of these numbers. `rounding`: standard deviation of the radii by the sizes' last digit, 0 where they
-    were calculated; `division`: that digit, as "0.01 mm".
+    were calculated; `division`: that digit, as "0.01 mm". `understood`: columns, units and rows left out, in a line.
     """
 
     order: np.ndarray
@@ -46,47 +60,82 @@ class Readings:
     division: str = ""
     warnings: list[str] = field(default_factory=list)
     is_wedge: bool = False
+    understood: str = ""
 
 
-def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] | None = None) -> Readings:
-    """Readings from a CSV file with a header, or from columns by name.
+def readings(
+    table: str | Path | Mapping[str, Any],
+    columns: Mapping[str, str] | None = None,
+    *,
+    separator: str | None = None,
+    encoding: str | None = None,
+    vernier: float | None = None,
+) -> Readings:
+    """Readings from a file with a header, from pasted text with line breaks, or from columns by name.
 
     Columns: `order`; then the first of `left_mm` with `right_mm`, `diameter_mm`, `radius_mm` that is there, in mm, um,
     cm, m or px; `sd_mm` (of that column's reading; in px beside px), `sigma`, `error` or `uncertainty`; and `series`.
     "diameter (mm)", "diameter [mm]", "Diameter, mm" and "Durchmesser [mm]" are the same. "D (mm)", n for orders,
     squares ("D² (mm²)") and several readings of a ring ("D1 (mm)", "D2 (mm)") are taken for what they seem to be, with
-    a warning. `columns` maps these names to a table's own.
+    a warning. `columns` maps these names to a table's own; "row" for the orders are the rows' numbers. `separator`
+    ("comma", "semicolon", "tab", "bar", "blank") and `encoding` overrule what is found; `vernier` [m] is what a
+    division of the vernier is worth beside a main scale.
 
     Raises FileNotFoundError, and ValueError for a table without these columns, or a cell that is no number.
     """
-    read_cells, read_lines = columns_of(table)
-    mapped = (
-        [header for header in dict(columns or {}).values() if isinstance(header, str)]
-        if isinstance(columns, Mapping)
-        else []
-    )
-    usual = in_usual_names(read_cells, read_lines, mapped)
-    table_cells, lines = usual.cells, usual.lines
-    cells, named, series_notes = _named(table_cells, columns)
+    raw = columns_of(table, separator, encoding)
+    if vernier is not None and not 1e-9 < number("vernier", vernier) < 0.1:
+        raise ValueError(f"vernier is {vernier}; allowed: 1e-9 to 0.1 m")
+    try:
+        return _readings(raw, columns, vernier)
+    except UnreadTableError as error:
+        raise UnreadTableError(error.lack, _that_works(raw, columns, vernier, error)) from None
+
+
+def _that_works(raw: RawTable, columns: Mapping[str, str] | None, vernier: float | None, error: UnreadTableError):
+    """Names of columns with which the table is read; None where none are found."""
+    header_of = {name: header for name, header in dict(columns or {}).items() if header in raw.cells}
+    stated = dict(error.suggestion or {})
+    beside = {name: header for name, header in header_of.items() if header not in stated.values()}
+    for guess in (beside | stated, suggestion(raw, header_of), suggestion(raw, {})):
+        with suppress(ValueError):
+            if guess and _readings(raw, guess, vernier):
+                return guess
+    return None
+
+
+def _readings(raw: RawTable, columns: Mapping[str, str] | None, vernier: float | None) -> Readings:
+    united = with_readings(raw, constant_of(raw) if vernier is None else vernier)
+    raw = united.raw
+    mapping = mapped_columns(raw, columns)
+    usual = in_usual_names(raw.cells, raw.lines, list(mapping.values()))
+    lines, chosen = usual.lines, selection(usual.cells, mapping)
+    cells = chosen.cells
     if "order" not in cells:
-        like = headers.order_like(table_cells)
-        raise ValueError(
-            f"the table has no column 'order'; it has {', '.join(table_cells)}; name one with order={like}"
+        like = headers.order_like(usual.cells)
+        raise UnreadTableError(
+            f"the table has no column 'order'; it has {', '.join(usual.cells)}; name one with order={like}"
         )
-    name, *secondaries = _size_columns(cells, named, table_cells)
+    if united.needs_constant and not any(name in cells for name in SIZE_NAMES):
+        listed = ", ".join(united.needs_constant)
+        raise ValueError(f"{listed}: the vernier's constant is not stated; give vernier (--vernier 0.01mm)")
+    name, *secondaries = size_columns(chosen, usual.cells)
     kind, unit = name.split("_")
-    sizes = {key: numbers(cells[key], key, lines) for key in ("order", *_columns_of(name))}
-    unnamed = [header for header in table_cells if header not in list((columns or {}).values())]
-    sd_name, warnings = _deviation_column(cells, unnamed, kind, unit)
-    warnings += [*series_notes, *usual.notes]
-    if sd_name:
-        sizes[sd_name] = numbers(cells[sd_name], sd_name, lines)
-    order, radius = sizes["order"], _radius(sizes, name) * _in_metres(unit)
-    complete = np.all([np.isfinite(column) for column in sizes.values()], axis=0)
+    # A row whose order is no number is one of means, or of remarks.
+    order = numbers(cells["order"], "order", lines, np.zeros(len(lines), bool))
+    is_row = np.isfinite(order)
+    sd_name, sd_notes = deviation_column(chosen, mapping, usual.cells, name)
+    sizes = {key: numbers(cells[key], key, lines, is_row) for key in filter(None, (*parts_of(name), sd_name))}
+    warnings = [*chosen.notes, *usual.notes, *sd_notes]
+    radius = _radius(sizes, name) * _in_metres(unit)
+    complete = np.all([is_row, *(np.isfinite(column) for column in sizes.values())], axis=0)
     if not complete.any():
-        raise ValueError("no row of the table is complete; give an order and a size in each row")
-    if not complete.all():
-        warnings.append(Reason.ROWS_LEFT_OUT(rows=_counted(int(np.sum(~complete)), "row")))
+        raise UnreadTableError("no row of the table is complete; give an order and a size in each row")
+    rejected = Rejected.of(cells["order"], order, complete, lines)
+    if rejected.incomplete:
+        warnings.append(Reason.ROWS_LEFT_OUT(rows=_counted(rejected.incomplete, "row")))
+    if rejected.between:
+        warnings.append(Reason.ROWS_WITHOUT_ORDER(listed=", ".join(rejected.between[:5])))
     is_wedge = kind == "position"
     _check_sizes(order[complete], np.abs(radius[complete]) if is_wedge else radius[complete], name)
     centre = complete & (radius == 0) & (not is_wedge)
@@ -100,13 +149,14 @@ def readings(table: str | Path | Mapping[str, Any], columns: Mapping[str, str] |
     for secondary in secondaries:
         warnings += _disagreement(cells, lines, name, secondary, used)
     series, series_names = _series(cells, used)
-    column = " and ".join(_columns_of(name))
-    column_unit = "px" if unit == "px" else "m"
-    step = division([cells[part] for part in _columns_of(name)], used)
+    column = " and ".join(parts_of(name))
+    step = division([cells[part] for part in parts_of(name)], used)
     rounding = rounding_sd(step, kind, headers.RADIUS_OVER[kind]) * _in_metres(unit)
+    origins = dict(usual.origins) | mapping
+    understood = sentence(raw, ["order", *parts_of(name), *filter(None, [sd_name])], origins, united.made_of, rejected)
     return Readings(
-        order[used], radius[used], sd, column_unit, column, unit, series, series_names, rounding, f"{step:g} {unit}",
-        warnings, is_wedge,
+        order[used], radius[used], sd, "px" if unit == "px" else "m", column, unit, series, series_names, rounding,
+        f"{step:g} {unit}", warnings, is_wedge, understood,
     )  # fmt: skip
 
 
@@ -118,76 +168,8 @@ def _in_metres(unit: str) -> float:
     return headers.METRES.get(unit, 1.0)
 
 
-def _named(
-    table_cells: Mapping[str, Sequence], columns: Mapping[str, str] | None
-) -> tuple[dict[str, Sequence], set, list[str]]:
-    """Columns by the names of `headers.NAMES`, which of them the user named, and what is to be said of further series.
-
-    Raises ValueError for other names.
-    """
-    if columns is not None and not isinstance(columns, Mapping):
-        raise ValueError(f"columns is {shown(columns)}; give a mapping such as {{'diameter_mm': 'D'}}")
-    cells, named = {}, set()
-    series = [header for header in table_cells if headers.canonical(header) == "series"]
-    series.sort(key=lambda header: header.lower() != "series")
-    for header, column in table_cells.items():
-        name = "" if header in list((columns or {}).values()) else headers.canonical(header)
-        if name == "series" and header != series[0]:
-            continue
-        if name and name in cells:
-            raise ValueError(f"two columns of the table are {name}; leave one out, or name one with {name}={header}")
-        if name:
-            cells[name] = column
-    for name, header in dict(columns or {}).items():
-        if not isinstance(header, str) or header not in table_cells:
-            raise ValueError(f"the table has no column {header!r}; it has {', '.join(table_cells)}")
-        stated = headers.unit_of(header)
-        with_unit = f"{name}_{stated}" if f"{name}_{stated}" in headers.NAMES else name
-        if with_unit not in headers.NAMES:
-            raise ValueError(f"a column cannot be named {name!r}; allowed: {', '.join(headers.NAMES)}")
-        kind, _, unit = with_unit.partition("_")
-        if stated and unit and stated != unit:
-            raise ValueError(f"{name}={header}: the header says {stated}; name it {kind}_{stated}={header}")
-        cells[with_unit] = table_cells[header]
-        named.add(with_unit)
-    notes: list[str] = []
-    if len(series) > 1 and "series" not in named:
-        further = ", ".join(series[1:])
-        notes = [Reason.SERIES_NOT_USED(series=series[0], further=further)]
-    return cells, named, notes
-
-
-def _size_columns(cells: Mapping[str, Sequence], named: set, table_headers: Iterable[str]) -> list[str]:
-    """Columns of ring sizes, the one to use first. Raises ValueError where there is none."""
-    names = [f"{kind}_{unit}" for kind in headers.RADIUS_OVER for unit in headers.UNITS]
-    names = [name for name in names if all(part in cells for part in _columns_of(name))]
-    # Beside sizes of rings, positions are of something else.
-    names = [name for name in names if not name.startswith("position")] or names
-    # What the user names is what is meant.
-    names.sort(key=lambda name: not any(part in named for part in _columns_of(name)))
-    named_sizes = {name for name in named if name.split("_")[0] in headers.SIZES}
-    if named_sizes and not (names and named_sizes & set(_columns_of(names[0]))):
-        raise ValueError(f"{min(named_sizes)} needs its partner; name both columns")
-    if names:
-        return names
-    listed = ", ".join(table_headers)
-    if unitless := [kind for kind in headers.SIZES if kind in cells]:
-        raise ValueError(
-            f"column {unitless[0]!r} has no unit; call it {unitless[0]}_mm (or um, cm, m, px) in the header"
-        )
-    raise ValueError(
-        f"the table has no ring sizes; it has {listed}; allowed: left_mm with right_mm, diameter_mm or radius_mm "
-        f"(or um, cm, m, px); {headers.size_advice(table_headers)}"
-    )
-
-
-def _columns_of(name: str) -> tuple[str, ...]:
-    kind, unit = name.split("_")
-    return (name, f"right_{unit}") if kind == "left" else (name,)
-
-
 def _radius(sizes: Mapping[str, np.ndarray], name: str) -> np.ndarray:
-    parts = [sizes[part] for part in _columns_of(name)]
+    parts = [sizes[part] for part in parts_of(name)]
     size = np.abs(parts[0] - parts[1]) if len(parts) == 2 else parts[0]
     return size * headers.RADIUS_OVER[name.split("_")[0]]
 
@@ -198,23 +180,6 @@ def _check_sizes(order: np.ndarray, radius: np.ndarray, name: str) -> None:
     is_beyond = (radius > _LARGEST_RADIUS) | ((radius > 0) & (radius < _SMALLEST_RADIUS))
     if np.any(is_beyond) or np.any(np.abs(order) > _LARGEST_ORDER):
         raise ValueError(f"order or {name} holds a number beyond all rings; check the columns and units")
-
-
-def _deviation_column(cells: Mapping, unnamed: Iterable[str], kind: str, unit: str) -> tuple[str, list[str]]:
-    """The column with the sizes' standard deviations, "" without one, and what is to be said of such columns."""
-    is_length = unit != "px"
-    units = (unit, *(candidate for candidate in headers.UNITS if (candidate != "px") == is_length), "")
-    candidates = ["_".join(filter(None, ["sd", of_kind, of_unit])) for of_unit in units for of_kind in ("", kind)]
-    name = next((candidate for candidate in candidates if candidate in cells), "")
-    read_from = " and ".join(_columns_of(f"{kind}_{unit}"))
-    notes = []
-    for header in unnamed:
-        of_header = headers.canonical(header)
-        if headers.is_deviation(header) and (of_header != name or not name):
-            notes.append(Reason.COLUMN_NOT_USED(column=header, sizes=read_from))
-        elif of_header == name and name in ("sd", f"sd_{kind}"):
-            notes.append(Reason.COLUMN_WITHOUT_UNIT(column=header, unit=unit, sizes=read_from))
-    return name, notes
 
 
 def _deviation(stated: np.ndarray, name: str, kind: str, unit: str) -> np.ndarray:
@@ -241,7 +206,7 @@ def _series(cells: Mapping[str, Sequence], used: np.ndarray) -> tuple[np.ndarray
 def _disagreement(cells, lines, name: str, secondary: str, used: np.ndarray) -> list[str]:
     """That two columns tell different sizes, in the same unit or by a factor that is not the same for all rows."""
     primary, second = (
-        _radius({part: numbers(cells[part], part, lines) for part in _columns_of(column)}, column)[used]
+        _radius({part: numbers(cells[part], part, lines) for part in parts_of(column)}, column)[used]
         for column in (name, secondary)
     )
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -48,6 +48,9 @@ def wedge(
     gap_index: float = 1.0,
     gap_index_sd: float | str | None = None,
     columns: Mapping[str, str] | None = None,
+    separator: str | None = None,
+    encoding: str | None = None,
+    vernier: float | None = None,
 ) -> WedgeResult:
     """The angle of a wedge, tan α = λ / (2 n s), from positions of its fringes at a spacing s, seen along the normal.
 
@@ -62,6 +65,7 @@ def wedge(
       gap_index: of what fills the wedge.
       wavelength_sd, length_sd, gap_index_sd: standard deviations, in the same units or as "0.1%".
       columns: names of the table's own columns, as {"position_mm": "x"}.
+      separator, encoding, vernier: as in `rings`.
 
     Raises ValueError and FileNotFoundError for input that cannot be used; what the readings cannot give comes back as a
     status and a message.
@@ -75,10 +79,11 @@ def wedge(
         raise ValueError(f"length is {length}; allowed: 1e-6 to 100 m")
     relative = {name: (absolute_sd(name, sds[name], inputs[name]) or 0.0) / inputs[name] for name in _COUNTED}
     of_length = (absolute_sd("length", length_sd, length) or 0.0) / (length or 1.0)
-    read = readings(table, columns)
+    read = readings(table, columns, separator=separator, encoding=encoding, vernier=vernier)
     if not read.is_wedge or read.unit == "px":
         raise ValueError(f"{read.column} gives no positions of fringes; give a column position_mm (or um, cm, m)")
     model = {
+        "table": read.understood,
         "fringes": f"straight, {len(read.order)} readings of {read.column}",
         "wedge": f"tan α = λ / (2 n s), index {gap_index:g}, seen along the normal",
     }

@@ -90,7 +90,6 @@ def test_standard_deviations_in_another_unit_count(tmp_path):
 @pytest.mark.parametrize(
     ("text", "columns", "message"),
     [
-        ("order,diameter_mm,diameter_mm\n1,2,3\n2,3,4\n", None, "'diameter_mm' twice"),
         ("order,diameter_mm\n" + RINGS, {"foo": "diameter_mm"}, "cannot be named 'foo'"),
         ("order,diameter_mm\n" + RINGS, {"left_mm": "diameter_mm"}, "needs its partner"),
         ("order,diameter_mm\n1,1_54\n2,3\n", None, "is not a number"),
