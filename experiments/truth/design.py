@@ -15,6 +15,7 @@ pixels.
 """
 
 import argparse
+import shutil
 import time
 from dataclasses import replace
 
@@ -229,6 +230,7 @@ def main() -> None:
         print({key: value for key, value in rows[-1].items() if key not in ("design", "bindings")}, flush=True)
         if not options.quick:
             records.save("design", rows, draw(rows, designs))
+            shutil.copy(records.RESULTS / "design.png", records.RESULTS.parents[1] / "docs")
     for row in rows:
         assert row["grid_over_design"] > 0.999, "the grid found a better design"
 

@@ -59,8 +59,8 @@ def fit_stack(
     Args:
       frames: an array [frames, rows, columns] or with channels; an iterable of arrays or paths; or the path of a TIFF
         with several pages, a GIF or a video (which needs imageio's extra ffmpeg or pyav). Read one by one.
-      wavelength, pixel_size, radius [m], gap_index and their deviations, plate_radius, view, free, fixed, start,
-        transfer, mask, parts: as in `fit`; there is no scene.
+      wavelength, pixel_size, radius [m], gap_index: as in `fit`, and so are their deviations, plate_radius, view, free,
+        fixed, start, transfer, mask and parts; there is no scene.
 
     Raises ValueError and FileNotFoundError, at once, for arguments that cannot be used.
 

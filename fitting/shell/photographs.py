@@ -62,7 +62,7 @@ def batch(
     are measured. Worker processes are spawned: in a script this call stands under `if __name__ == "__main__":`.
 
     Args:
-      paths: a photograph, a folder with its subfolders, a pattern such as "day*/*.tif", or an iterable of these; in
+      paths: a photograph, a folder with its subfolders, a pattern such as `day*/*.tif`, or an iterable of these; in
         place of a path also a mapping with "photo" and settings of its own, "page" among them.
       results: the file of rows, one JSON object a line; it is made, or continued.
       workers: processes; one for each core unless given. Each takes about 0.8 GB of memory.

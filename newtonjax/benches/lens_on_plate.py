@@ -156,8 +156,8 @@ def air_wedge(
       lens_index, plate_index: refractive indices of the upper and of the lower plate.
       lens_thickness, plate_thickness: of the upper and of the lower plate [m].
       plate_tilt: rotations of the lower plate about x and y [rad]; the gap's angle is the difference of the plates'.
-      view, screen, light_tilt, polarization, polarization_degree, beams, shield, collecting_lens, wavelength,
-        light, gap_index, ambient_index: as in `newton_rings`.
+      wavelength, light, gap_index, ambient_index: as in `newton_rings`, and so are view, screen, light_tilt,
+        polarization, polarization_degree, beams, shield and collecting_lens.
 
     Raises ValueError for values that no bench can have. Traced values are not checked.
 

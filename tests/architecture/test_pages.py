@@ -1,18 +1,42 @@
 """The pages: links that lead somewhere, and Python that runs as it stands."""
 
 import re
+import shlex
 import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 from skimage.io import imsave
+from typer.main import get_command
+
+from fitting.shell.cli import _one_by_one, app, main
 
 ROOT = Path(__file__).resolve().parents[2]
-DOCS = sorted(f"docs/{page.name}" for page in ROOT.glob("docs/*.md"))
+DOCS = sorted(page.relative_to(ROOT).as_posix() for page in ROOT.glob("docs/**/*.md"))
 PAGES = ["README.md", "CONTRIBUTING.md", "experiments/README.md", *DOCS]
 # What a reader sees before anything else stays short.
 LONGEST_README = 200
+
+
+def text_of(page: str) -> str:
+    """A page as it stands."""
+    return (ROOT / page).read_text(encoding="utf-8")
+
+
+def blocks_of(page: str, language: str) -> list[str]:
+    """The code of a page that is marked as of a language."""
+    return re.findall(rf"```{language}\n(.*?)```", text_of(page), flags=re.S)
+
+
+def commands_of(page: str) -> list[list[str]]:
+    """The arguments of each command of ours on a page."""
+    lines = [line for line in text_of(page).splitlines() if line.lstrip().startswith("newtonjax ")]
+    return [shlex.split(line, comments=True)[1:] for line in lines]
+
+
+WITH_PYTHON = [page for page in ["README.md", *DOCS] if blocks_of(page, "python")]
+WITH_SHELL = [page for page in DOCS if blocks_of(page, "sh")]
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -49,12 +73,34 @@ def _codes(image: np.ndarray) -> np.ndarray:
     return np.clip(np.round(255 * (image + noise)), 0, 255).astype(np.uint8)
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/usage.md"])
+@pytest.mark.parametrize("page", WITH_PYTHON)
 def test_the_python_of_a_page_runs_as_it_stands(page, photographs, monkeypatch, capsys):
     monkeypatch.chdir(photographs)
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text(encoding="utf-8"), flags=re.S)
-    assert blocks
+    blocks = blocks_of(page, "python")
     names = {"__name__": "__main__"}
     for block in blocks:
         exec(compile(block, page, "exec"), names)  # noqa: S102  # the pages are our own
     assert capsys.readouterr().out
+
+
+@pytest.mark.parametrize("page", WITH_SHELL)
+def test_the_commands_of_a_page_run_as_they_stand(page, photographs, monkeypatch, capsys):
+    monkeypatch.chdir(photographs)
+    for block in blocks_of(page, "sh"):
+        for line in block.splitlines():
+            name, *arguments = shlex.split(line, comments=True)
+            assert (name, main(arguments)) == ("newtonjax", 0), line
+    assert capsys.readouterr().out
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if commands_of(page)])
+def test_every_command_of_a_page_is_one_that_the_shell_takes(page):
+    verbs = get_command(app).commands
+    for verb, *arguments in commands_of(page):
+        separated = _one_by_one(arguments)
+        assert verbs[verb].make_context(verb, separated).params
+
+
+def test_the_manual_has_every_page_once():
+    manual = text_of("mkdocs.yml")
+    assert not [page for page in DOCS if manual.count(f" {page.removeprefix('docs/')}\n") != 1]

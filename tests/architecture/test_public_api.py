@@ -1,6 +1,7 @@
 """The public interface: every name of both packages with its signature, docstring, units and errors.
 
-The list stands in `public_api.txt`, so that a change of the interface shows in review. To write it anew:
+The list stands in `public_api.txt`, so that a change of the interface shows in review; the same names stand on the
+manual's pages in `docs/reference`. To write both anew:
 `python tests/architecture/test_public_api.py`.
 """
 
@@ -66,8 +67,23 @@ def listing() -> str:
     return "\n".join(lines) + "\n"
 
 
+MANUAL = LIST.parents[2] / "docs" / "reference"
+
+
+def reference(package: str) -> str:
+    """A page of the manual: its title and first words as they stand, then every public name, functions first."""
+    title = (MANUAL / f"{package}.md").read_text(encoding="utf-8").split("\n:::")[0]
+    names = sorted(public(package), key=lambda name: (name.rpartition(".")[2][0].isupper(), name))
+    return title + "".join(f"\n::: {name}\n" for name in names)
+
+
 def test_the_public_interface_is_that_of_the_list():
     assert listing() == LIST.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_the_manual_has_every_public_name(package):
+    assert reference(package) == (MANUAL / f"{package}.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("name", [*OBJECTS, *METHODS])
@@ -108,3 +124,5 @@ def test_a_docstring_says_which_errors_are_raised(name):
 
 if __name__ == "__main__":
     LIST.write_text(listing(), encoding="utf-8")
+    for package in PACKAGES:
+        (MANUAL / f"{package}.md").write_text(reference(package), encoding="utf-8")
