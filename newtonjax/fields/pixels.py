@@ -114,26 +114,28 @@ def image_in_channels(
     levels: Float[Any, " channels"],
     wave: Waveform,
     over_carrier: bool,
-    rows: tuple[int, int] | None = None,
-) -> Float[Array, "rows columns channels"]:
+    rows: tuple[int, int],
+    has_axis: bool,
+) -> Float[Array, "rows columns *channels"]:
     """Background · level + Σ Re[envelope Γ(turns)] at every pixel, in float64; see `waveforms`.
 
     - `coefficients`: background, real parts of the envelopes, imaginary parts, turns; concrete.
-    - `rows`: the first and the number of those that are wanted; None for all.
+    - `rows`: the first, and the number, of those that are wanted.
+    - `has_axis`: whether the image has one for channels.
     """
     padded = _with_zeros(np.asarray(coefficients, dtype=np.float64))
-    first, count = rows or (0, shape[0])
+    first, count = rows
     with x64():
         way = _way(shape[1], padded.shape[-1], "float64")
         along_y = chebyshev.basis(shape[0], padded.shape[-1])[:, first : first + count]
-        return _of_waveform(padded, along_y, way, levels, wave, shape[1], over_carrier)
+        return _of_waveform(padded, along_y, way, levels, wave, shape[1], over_carrier, has_axis)
 
 
-@partial(jax.jit, static_argnames=("columns", "over_carrier"), compiler_options=WIDE)
-def _of_waveform(coefficients, along_y, way: AbstractRow, levels, wave: Waveform, columns: int, over_carrier: bool):
-    fields = way.fields(way.terms(coefficients, along_y))
-    pixels = combined(fields, levels, wave, over_carrier)
-    return pixels.reshape(len(pixels), -1, len(levels))[:, :columns]
+@partial(jax.jit, static_argnames=("columns", "over_carrier", "has_axis"), compiler_options=WIDE)
+def _of_waveform(coefficients, along_y, way: AbstractRow, levels, wave: Waveform, columns, over_carrier, has_axis):
+    pixels = combined(way.fields(way.terms(coefficients, along_y)), levels, wave, over_carrier)
+    pixels = pixels.reshape(len(pixels), -1, len(levels))[:, :columns]
+    return pixels if has_axis else pixels[..., 0]
 
 
 def combined(fields: list[Array], levels, wave: Waveform, over_carrier: bool) -> Array:
@@ -141,8 +143,10 @@ def combined(fields: list[Array], levels, wave: Waveform, over_carrier: bool) ->
     pairs = (len(fields) - 1) // 3
     real, imaginary, turns = (fields[1 + k * pairs : 1 + (k + 1) * pairs] for k in range(3))
     pixels = fields[0][..., None] * levels
-    for parts in zip(real, imaginary, turns, strict=True):
-        pixels = pixels + fringes_by_table(*parts, len(levels), wave, over_carrier)
+    # A table of Γ's real parts comes with real envelopes.
+    only_real = wave.cubics.shape[-1] == len(levels)
+    for along, aside, at in zip(real, imaginary, turns, strict=True):
+        pixels = pixels + fringes_by_table(along, None if only_real else aside, at, len(levels), wave, over_carrier)
     return pixels
 
 

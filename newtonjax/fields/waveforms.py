@@ -5,21 +5,25 @@ Re[envelope Γ(turns)], Γ the Fourier transform of the spectrum, with the path 
 wavenumber. Γ is known on equidistant nodes and cubic in between (Hermite's interpolation).
 """
 
+from functools import cache
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+from numpy.polynomial.chebyshev import chebder, chebvander
 
-from newtonjax.numerics import cos_turns, namespace, sin_turns
+from newtonjax.numerics import chebyshev, cos_turns, namespace, sin_turns
 from newtonjax.scene import Lines
 
-# Cells of a table; a table of Γ itself has no more than `_DIRECT`, beyond it is one of Γ over the carrier.
-_FEWEST, _DIRECT, _MOST = 2**8, 2**12, 2**17
-# Nodes beyond either end, from which slopes are taken there.
-_MARGIN = 3
-_SLOPES = np.array([-1, 9, -45, 0, 45, -9, 1]) / 60
+# Γ is summed over the lines at Chebyshev nodes of panels of so many cells, and interpolated within a panel: to 3e-8 as
+# long as a cell is no longer than `_LONGEST` radians of the largest frequency.
+_PANEL, _NODES, _LONGEST = 64, 24, 0.3
+# Panels of a table, in classes of which programs are compiled: no more than `_DIRECT` for Γ itself, beyond for Γ over
+# the carrier.
+_CLASSES = tuple(size for k in range(1, 12) for size in (2**k, 3 * 2 ** (k - 1)))
+_DIRECT = 64
 
 
 class Waveform(NamedTuple):
@@ -71,9 +75,9 @@ _look_up.defjvp(_look_up_jvp, symbolic_zeros=True)
 
 
 class Table(NamedTuple):
-    """How a spectrum is tabulated: over how many cells, over the carrier or not, and by how much that errs."""
+    """How a spectrum is tabulated: over how many panels, over the carrier or not, and by how much that errs."""
 
-    cells: int
+    panels: int
     over_carrier: bool
     error: float
 
@@ -86,22 +90,24 @@ def table_for(lines: Lines, reach: float, tolerance: float) -> Table:
     Raises ValueError where it would need more cells than are allowed.
     """
     frequency = 2 * np.pi * float(np.max(lines.ratios)) + _bandwidth(lines)
-    cells = _cells(reach * frequency, tolerance)
-    over_carrier = cells > _DIRECT
+    panels = _panels(reach * frequency, tolerance)
+    over_carrier = panels > _DIRECT
     if over_carrier:
         frequency = 2 * np.pi * float(np.abs(np.asarray(lines.ratios) - 1).max()) + _bandwidth(lines)
-        cells = _cells(reach * frequency, tolerance)
-    if cells > _MOST:
+        panels = _panels(reach * frequency, tolerance)
+    fitting_class = next((size for size in _CLASSES if size >= panels), None)
+    if fitting_class is None:
         raise ValueError(
-            f"path differences over {reach:.3g} wavelengths of so wide a spectrum need a table of {cells} cells; "
-            f"allowed: {_MOST}; use Traced()"
+            f"path differences over {reach:.3g} wavelengths of so wide a spectrum need a table of {panels:.0f} panels; "
+            f"allowed: {_CLASSES[-1]}; use Traced()"
         )
-    return Table(cells, over_carrier, (reach * frequency / cells) ** 4 / 384)
+    step = reach * frequency / ((fitting_class - 1) * _PANEL)
+    return Table(fitting_class, over_carrier, step**4 / 384)
 
 
-def _cells(reach: float, tolerance: float) -> int:
-    needed = max(reach / (384 * tolerance) ** 0.25, 1.0)
-    return max(_FEWEST, 1 << int(np.ceil(np.log2(needed))))
+def _panels(reach: float, tolerance: float) -> float:
+    """How many take in a range of radians, one more since they begin at multiples of their length."""
+    return 1 + reach / (_PANEL * min((384 * tolerance) ** 0.25, _LONGEST))
 
 
 def _bandwidth(lines: Lines) -> float:
@@ -120,20 +126,34 @@ def waveform(
     - `only_real`: without Γ's imaginary part, which real envelopes do without unless it is over the carrier.
     """
     xp = namespace(lines, powers, low, high)
-    density = table.cells / xp.maximum(high - low, 1e-3)
-    turns = low + xp.arange(-_MARGIN, table.cells + 1 + _MARGIN, dtype=float) / density
+    # From a multiple of a panel's length on: the cusp that a Lorentzian line has at 0 lies between two panels.
+    length = xp.maximum(high - low, 1e-3) / (table.panels - 1)
+    first = xp.floor(low / length)
+    centres = (first + 0.5 + xp.arange(table.panels, dtype=float)) * length
+    turns = (centres[:, None] + chebyshev.nodes(_NODES) * length / 2).reshape(-1)
     phase = 2 * np.pi * (lines.ratios - (1.0 if table.over_carrier else 0.0))[:, None] * turns
     faded = lines.fading(turns)
     parts = powers @ (faded * xp.cos(phase))
     if not only_real:
         parts = xp.concatenate([parts, powers @ (faded * xp.sin(phase))])
-    nodes = len(turns) - 2 * _MARGIN
-    windows = xp.stack([parts[:, k : k + nodes] for k in range(len(_SLOPES))], axis=-1)
-    slopes = windows @ _SLOPES
-    values = parts[:, _MARGIN:-_MARGIN]
-    rise, before, after = values[:, 1:] - values[:, :-1], slopes[:, :-1], slopes[:, 1:]
-    cubics = [values[:, :-1], before, 3 * rise - 2 * before - after, before + after - 2 * rise]
-    return Waveform(xp.stack(cubics).transpose(2, 0, 1), low, density)
+    values, slopes = (
+        (parts.reshape(-1, _NODES) @ matrix).reshape(len(parts), table.panels, -1) for matrix in _at_cells()
+    )
+    rise, before, after = values[..., 1:] - values[..., :-1], slopes[..., :-1], slopes[..., 1:]
+    cubics = [values[..., :-1], before, 3 * rise - 2 * before - after, before + after - 2 * rise]
+    stacked = xp.stack(cubics).reshape(4, len(parts), -1).transpose(2, 0, 1)
+    return Waveform(stacked, first * length, _PANEL / length)
+
+
+@cache
+def _at_cells() -> tuple[np.ndarray, np.ndarray]:
+    """From values at a panel's nodes to values, and slopes per cell, at the ends of its cells [nodes, ends]."""
+    ends, analysis = np.linspace(-1, 1, _PANEL + 1), chebyshev.analysis(_NODES)
+    derivative = chebder(np.eye(_NODES))
+    return (
+        (chebvander(ends, _NODES - 1) @ analysis).T.copy(),
+        (chebvander(ends, _NODES - 2) @ derivative @ analysis).T * (2 / _PANEL),
+    )
 
 
 def fringes_by_table(real, imaginary, turns, channels: int, wave: Waveform, over_carrier: bool):

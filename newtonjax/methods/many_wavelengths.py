@@ -37,9 +37,11 @@ from newtonjax.scene import (
 
 # Points to a side at which the range of path differences is looked for.
 _POINTS = 33
-# Of traced numbers the range is not known: a table of so many cells, which errs by less than 1e-4 up to 200 orders.
+# Of traced numbers the range is not known: a table of so many panels, which errs by less than 1e-4 up to 200 orders.
 # Up to so many lines need none.
-_TRACED, _FEW = Table(2**12, over_carrier=False, error=1e-4), 8
+_TRACED, _FEW = Table(64, over_carrier=False, error=1e-4), 8
+# Imaginary parts of envelopes, over the largest envelope, that are rounding.
+_REAL = 1e-12
 
 
 class Spectral(NamedTuple):
@@ -91,14 +93,20 @@ def equal_thickness(scene: Scene, camera: Camera, tolerance: float) -> Float[Arr
 
 
 def path_range(gap: Gap, camera: Camera, wavenumber) -> tuple[Any, Any]:
-    """Bounds of the path difference over an image [turns]: those at a grid of points, and a step of it beyond."""
+    """Bounds of the path difference over an image [turns]: of a grid of points, and what may lie between these."""
     x, y = (module_of(ends).linspace(ends[0], ends[1], _POINTS) for ends in camera.ends())
     turns = gap.opd(x[None, :], y[:, None]) * wavenumber
     xp = module_of(turns)
     turns = xp.broadcast_to(turns, (_POINTS, _POINTS))
+    return _bounds(turns[None])
+
+
+def _bounds(turns: Float[Any, "pairs rows columns"]) -> tuple[Any, Any]:
+    """Of smooth functions known on a grid: between points they pass what these have by a part of their bending."""
+    xp = module_of(turns)
     turns = turns if xp is np else jax.lax.stop_gradient(turns)
-    step = xp.maximum(abs(xp.diff(turns, axis=0)).max(), abs(xp.diff(turns, axis=1)).max())
-    return turns.min() - step, turns.max() + step
+    bending = xp.maximum(abs(xp.diff(turns, 2, axis=1)).max(), abs(xp.diff(turns, 2, axis=2)).max())
+    return turns.min() - bending, turns.max() + bending
 
 
 @partial(jax.jit, static_argnums=7)
@@ -132,8 +140,13 @@ def by_channels(
 
 
 def at_nodes(beats: Beats) -> Float[Any, "fields n"]:
-    """Fields at nodes, smooth whatever the spectrum: background, parts of the envelopes, turns."""
+    """Fields at nodes, smooth whatever the spectrum: background, parts of the envelopes, turns.
+
+    Imaginary parts that are known to be rounding are 0.
+    """
     xp = module_of(beats.turns)
+    if xp is np and abs(beats.envelope.imag).max(initial=0.0) <= _REAL * abs(beats.envelope).max(initial=0.0):
+        beats = beats._replace(envelope=beats.envelope.real + 0j)
     return xp.concatenate([beats.background[None], beats.envelope.real, beats.envelope.imag, beats.turns])
 
 
@@ -141,10 +154,7 @@ def turn_range(coefficients: Float[Any, "fields count count"]) -> tuple[Any, Any
     """Bounds of all pairs' path differences over an image [turns], of coefficients as `at_nodes` orders fields."""
     xp, pairs = module_of(coefficients), (len(coefficients) - 1) // 3
     basis = xp.asarray(chebyshev.basis(_POINTS, coefficients.shape[-1]))
-    turns = basis.T @ coefficients[1 + 2 * pairs :] @ basis
-    turns = turns if xp is np else jax.lax.stop_gradient(turns)
-    step = xp.maximum(abs(xp.diff(turns, axis=1)).max(), abs(xp.diff(turns, axis=2)).max())
-    return turns.min() - step, turns.max() + step
+    return _bounds(basis.T @ coefficients[1 + 2 * pairs :] @ basis)
 
 
 def on_nodes(coefficients: Float[Array, "fields count count"], scene: Scene, camera: Camera):
@@ -175,11 +185,12 @@ class InChannels(AbstractPicture):
         return self._rows(0, self.shape[0])
 
     def _rows(self, first: int, count: int) -> Array:
+        levels, wave = self.tables.levels, self.tables.wave
         of_rows = image_in_channels(
-            self.coefficients, self.shape, self.tables.levels, self.tables.wave, self.over_carrier, (first, count)
+            self.coefficients, self.shape, levels, wave, self.over_carrier, (first, count), self.has_response
         )
         with x64():
-            return (of_rows if self.has_response else of_rows[..., 0]).astype(self.result)
+            return of_rows.astype(self.result)
 
     def blocks(self, rows: int) -> Iterator[tuple[int, Float[np.ndarray, "rows columns *channels"]]]:
         for first, count in starts(self.shape[0], rows):

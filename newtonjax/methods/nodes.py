@@ -149,7 +149,8 @@ class Chebyshev(AbstractMethod):
         coefficients = chebyshev.coefficients(at_nodes(of_nodes))
         channels, (low, high) = channels_of(scene.light, camera.response), turn_range(coefficients)
         table = table_of(channels, low, high, self.table_error)
-        tables = spectral(channels, low, high, table, only_real=False)
+        is_real = not coefficients[1 + len(bench.pairs) : 1 + 2 * len(bench.pairs)].any()
+        tables = spectral(channels, low, high, table, only_real=is_real and not table.over_carrier)
         result = "float32" if is_single() else "float64"
         has_response = camera.response is not None
         return InChannels(coefficients, camera.shape, tables, table.over_carrier, has_response, result)
