@@ -124,7 +124,7 @@ def rings(
     view_angle_sd: Annotated[
         Any, option(quantities.angle_sd, "ANGLE|PERCENT", "Standard deviation of the angle of view.")
     ] = None,
-    gap_index: GapIndex = 1.0,
+    gap_index: GapIndex = None,
     gap_index_sd: GapIndexSd = None,
     expected_radius: Annotated[
         float | None,
@@ -148,7 +148,8 @@ def rings(
     that is there (also um, cm, m, px; "diameter (mm)", "D / mm", "Durchmesser in mm"
     are the same); sd_mm (or sigma, error) of that reading, if stated; series, if
     several. The report says what was understood; --column, --separator, --encoding
-    overrule it. With --radius instead of --wavelength the wavelength is measured.
+    overrule it. With --radius instead of --wavelength the wavelength is measured,
+    with both the pixel size (readings in px), or the index of what fills the gap.
 
     Ring 1 is the first dark ring outside of the centre: in contact r² = m λ R
     reflected, (2m - 1) λ R / 2 transmitted. With --bright it is the first bright
@@ -196,7 +197,7 @@ def wedge(
         option(quantities.positive_length, "LENGTH", "From the line of contact to what holds the wedge open."),
     ] = None,
     length_sd: WedgeLengthSd = None,
-    gap_index: GapIndex = 1.0,
+    gap_index: GapIndex = None,
     gap_index_sd: GapIndexSd = None,
     column: Columns = None,
     separator: Separator = None,
@@ -220,7 +221,7 @@ def wedge(
         "wavelength_sd": wavelength.sd if wavelength_sd is None else wavelength_sd,
         "length": length,
         "length_sd": length_sd,
-        "gap_index": gap_index,
+        "gap_index": 1.0 if gap_index is None else gap_index,
         "gap_index_sd": gap_index_sd,
         "columns": own_columns(column or []),
         "separator": separator,

@@ -147,7 +147,7 @@ Vernier = Annotated[
     float | None,
     option(quantities.positive_length, "LENGTH", "Worth of a division of the vernier beside a main scale."),
 ]
-GapIndex = Annotated[float, typer.Option(help="Refractive index of what fills the gap.")]
+GapIndex = Annotated[float | None, typer.Option(help="Refractive index of what fills the gap.", show_default="1.0")]
 GapIndexSd = Annotated[Any, option(quantities.number_sd, "NUMBER|PERCENT", "Standard deviation of the gap's index.")]
 PlateRadius = Annotated[
     float | None,

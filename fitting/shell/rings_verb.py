@@ -32,6 +32,7 @@ def run(table: Path, options: dict, outputs: Outputs) -> int:
     if refused or options["bright"] or options["view_angle"]:
         named = ", ".join(f"--{name.replace('_', '-')}" for name in refused) or "--bright and --view-angle"
         raise ValueError(f"{named}: not of straight fringes; leave it out")
+    options["gap_index"] = 1.0 if options["gap_index"] is None else options["gap_index"]
     return outputs.write(fitting.wedge(source, **{name: options[name] for name in _COMMON}, **of_wedge))
 
 

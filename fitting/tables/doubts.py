@@ -20,6 +20,8 @@ def doubts(measured: str, value: float, expected: float | None, column: str, uni
 
     `column`: what sizes were read from; `unit`: in which unit.
     """
+    if expected is None and measured not in _SENSIBLE:
+        return []
     if expected is None:
         low, high = _SENSIBLE[measured]
         if low <= value <= high:

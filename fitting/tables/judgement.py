@@ -1,6 +1,5 @@
 """From readings to an answer: the line, what contradicts it, the budget, and the interval."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,6 +8,7 @@ from scipy import stats
 from fitting.parameters import TABLE
 from fitting.reasons import Reason
 from fitting.tables import words
+from fitting.tables.bench import Bench
 from fitting.tables.bend import law_through_contact
 from fitting.tables.doubts import doubts
 from fitting.tables.line import Line, ring_line
@@ -22,38 +22,14 @@ from newtonjax.numerics import Statement
 Outcome = tuple[str, str, dict[str, Any]]
 
 
-@dataclass(frozen=True)
-class Bench:
-    """What is known of the bench: wavelength or radius [m], path over thickness, the contact's intercept in orders.
-
-    `scale`: metres (or pixels) to a unit of the readings; `unit`: of the radii then.
-    """
-
-    wavelength: float | None
-    radius: float | None
-    path: float
-    contact: float
-    scale: float
-    unit: str
-
-    @property
-    def measured(self) -> str:
-        """The quantity that the slope gives."""
-        return "wavelength" if self.wavelength is None else "radius"
-
-    def value(self, slope: float) -> float:
-        """The measured quantity [m] of a slope [m²]."""
-        return slope * self.path / (self.wavelength or self.radius or 1.0)
-
-
 class Judgement:
     """The outcome of a table, with the warnings and the lines of the model that it collects on the way.
 
-    `relative`: relative standard deviations of what is given, by name; `expected`: a rough radius [m].
+    `sds`: standard deviations of what is given, by name; `expected`: a rough radius [m].
     """
 
-    def __init__(self, read: Readings, bench: Bench, relative: dict[str, float], expected: float | None) -> None:
-        self.read, self.bench, self.relative, self.expected = read, bench, relative, expected
+    def __init__(self, read: Readings, bench: Bench, sds: dict[str, float], expected: float | None) -> None:
+        self.read, self.bench, self.sds, self.expected = read, bench, sds, expected
         self.warnings: list[Statement] = []
         self.model: dict[str, str] = {}
         self.radius = read.radius * bench.scale
@@ -64,7 +40,7 @@ class Judgement:
     def outcome(self) -> Outcome:
         """Status, message and the values of the result by name."""
         if (count := len(np.unique(self.read.order))) < 2:
-            return "refused", Reason.ONE_RING(count=count, measured=self.bench.measured), {}
+            return "refused", Reason.ONE_RING(count=count, measured=self.name), {}
         if self.series is not None and (mixed := mixed_sizes(self._flat(), self.series, self.read.column)):
             return "refused", Reason.MIXED_SERIES(series=mixed), {}
         bench, fitted = self.bench, self._line()
@@ -73,25 +49,34 @@ class Judgement:
         line, sample = fitted
         if line.mixture is not None:
             readings = line.mixture.words()
-            if bench.unit != "m":
+            if bench.needs_scale:
                 return "refused", Reason.MIXED_SIZES(mixture=readings), {}
-            value = bench.value(line.mixture.slope)
-            return "refused", Reason.MIXED_SIZES_SET_RIGHT(mixture=readings, measured=bench.measured, value=value), {}
+            value = f"{bench.value(line.mixture.slope):.4g}{bench.in_unit}"
+            return "refused", Reason.MIXED_SIZES_SET_RIGHT(mixture=readings, measured=self.name, value=value), {}
         # Equal readings leave the rounding of their squares.
         if line.slope * np.ptp(line.order[line.used]) <= 1e-9 * sample.ordinate.max():
             return "refused", Reason.NOT_GROWING(), {}
         values = self._of_line(line, sample)
-        metres = None if bench.unit == "px" else bench.value
-        self.warnings += words.of_line(line, sample, words.Quantity(bench.measured, metres, line.slope))
+        value_of = None if bench.needs_scale else bench.value
+        quantity = words.Quantity(self.name, value_of, line.slope, bench.power(line.slope), bench.in_unit)
+        self.warnings += words.of_line(line, sample, quantity)
         if line.scatter.is_rounding:
             self.warnings.append(Reason.ONLY_ROUNDING(column=self.read.column, division=self.read.division))
         law = None if line.bend else law_through_contact(line.fair, self.radius[line.used], bench.contact)
-        self.warnings += words.of_offset(values["order_offset"], values["order_offset_sd"], bench.measured, law)
+        self.warnings += words.of_offset(values["order_offset"], values["order_offset_sd"], self.name, law)
         if line.bend is not None and line.bend.forbids:
-            return "refused", Reason.NO_LINE(bend=line.bend.words(), measured=bench.measured), values
-        if bench.unit == "px":
+            return "refused", Reason.NO_LINE(bend=line.bend.words(), measured=self.name), values
+        if bench.needs_scale:
             return "no-scale", Reason.NO_PIXEL_SIZE(), values | {"fringe_scale_per_px2": 1 / line.slope}
         return self._answer(line, values)
+
+    @property
+    def name(self) -> str:
+        """The measured quantity in words."""
+        return self.bench.measured.replace("_", " ")
+
+    def _in_brackets(self) -> str:
+        return f" [{self.bench.in_unit.strip()}]" if self.bench.in_unit else ""
 
     def _flat(self) -> Sample:
         """The readings with r² for ordinate."""
@@ -104,19 +89,27 @@ class Judgement:
         number = self.series.number if self.series and apart else None
         if apart:
             self.warnings.append(Reason.OWN_INTERCEPTS())
-        if bench.unit == "px":
+        if bench.needs_scale:
             return ring_line(flat, bench.contact, number), flat
-        if bench.wavelength is not None:
-            return line_on_sphere(flat, bench.contact, bench.path / bench.wavelength, number)
-        if radius.max() > (bench.radius or 0.0):
-            return None
-        sample = Sample(order, radius, on_sphere(radius, bench.radius or 1.0), self.sd, self.rounding)
-        return ring_line(sample, bench.contact, number), sample
+        if bench.radius is None:
+            return line_on_sphere(flat, bench.contact, bench.path() / (bench.wavelength or 1.0), number)
+        line, sample, lens = ring_line(flat, bench.contact, number), flat, bench.radius
+        # In pixels the lens's radius is known as soon as their size is: a second look is as exact as the readings.
+        for _ in range(1 if bench.unit == "m" else 2):
+            if bench.unit == "px":
+                if line.slope <= 0:
+                    return line, sample
+                lens = bench.radius / bench.value(line.slope)
+            if radius.max() > lens:
+                return None
+            sample = Sample(order, radius, on_sphere(radius, lens), self.sd, self.rounding)
+            line = ring_line(sample, bench.contact, number)
+        return line, sample
 
     def _of_line(self, line: Line, sample: Sample) -> dict[str, Any]:
         bench = self.bench
         offset = line.intercept / line.slope - bench.contact
-        wavelength = bench.wavelength or (None if bench.unit == "px" else bench.value(line.slope))
+        wavelength = bench.wavelength or (None if bench.needs_scale else bench.value(line.slope))
         residual = line.residual(sample.ordinate) / (2 * self.radius)
         rows = zip(self.read.order, self.radius, residual, line.flags, strict=True)
         return {
@@ -124,7 +117,9 @@ class Judgement:
             "slope_sd": line.slope_sd,
             "order_offset": offset,
             "order_offset_sd": line.sd_of(-line.intercept / line.slope**2, 1.0 / line.slope),
-            "gap": None if wavelength is None else -(offset - round(offset)) * wavelength / (2 * bench.path),
+            "gap": None
+            if wavelength is None
+            else -(offset - round(offset)) * wavelength / (2 * bench.path(line.slope)),
             "rings": [Ring(float(m), float(r), float(deviation), flag) for m, r, deviation, flag in rows],
         }
 
@@ -135,34 +130,42 @@ class Judgement:
         low, high = TABLE[name].bounds
         doubted = doubts(name, value, self.expected, self.read.column, self.read.length_unit)
         if not low <= value <= high:
-            reason = Reason.BEYOND_BOUNDS(measured=name, value=value, low=low, high=high)
+            unit = self.bench.in_unit
+            reason = Reason.BEYOND_BOUNDS(measured=self.name, value=value, low=low, high=high, unit=unit)
             if doubted:
-                reason = Reason.DOUBTED_BEYOND_BOUNDS(doubt=doubted[0], low=low, high=high)
+                reason = Reason.DOUBTED_BEYOND_BOUNDS(doubt=doubted[0], low=low, high=high, unit=unit)
             return "refused", reason, values
         self.warnings += doubted
         if line.slope_sd is None:
             self.warnings.append(Reason.TWO_READINGS())
             return "ok", "", values | {name: value}
         spread = self._series_spread(line)
-        relative = {"reading": line.slope_sd / line.slope}
+        power = abs(self.bench.power(line.slope))
+        relative = {"reading": power * line.slope_sd / line.slope}
         freedoms = {"reading": line.scatter.freedom}
         if line.bend is not None:
             # Where along the bend the lens is, nobody knows: half of the change counts as one standard deviation.
-            relative["curvature"] = abs(line.bend.change) / 2
+            relative["curvature"] = power * abs(line.bend.change) / 2
         if spread is not None:
-            relative["series"], freedoms["series"] = spread.sd / line.slope, spread.freedom
+            relative["series"], freedoms["series"] = power * spread.sd / line.slope, spread.freedom
         budget = [
-            (row, value * float(sd)) for row, sd in {**relative, **self.relative}.items() if sd or row in freedoms
+            (row, value * float(sd))
+            for row, sd in {**relative, **self.bench.relative(self.sds, line.slope)}.items()
+            if sd or row in freedoms
         ]
         total, half = _total(budget, freedoms)
         if half >= value:
             suspects = [text for text in self.warnings if text.code == Reason.LIKELY_MISREAD.name]
-            return "refused", words.undetermined(name, value, total, value + half, suspects), values
+            return (
+                "refused",
+                words.undetermined(self.name, value, total, value + half, suspects, self.bench.in_unit),
+                values,
+            )
         return "ok", "", values | {
             name: value,
             f"{name}_sd": total,
             f"{name}_interval": (value - half, value + half),
-            "radius_sd_noise": budget[0][1],
+            **({"radius_sd_noise": budget[0][1]} if name in ("radius", "wavelength") else {}),
             "budget": budget,
         }  # fmt: skip
 
@@ -176,9 +179,9 @@ class Judgement:
             return None
         origin = "by their column" if self.series.by_column else "each beginning anew at the first rings"
         values = [f"{name}: {self.bench.value(slope):.5g}" for name, slope in zip(names, spread.slopes, strict=True)]
-        self.model["series"] = f"{len(names)}, {origin}; {self.bench.measured} [m] of each, {', '.join(values)}"
+        self.model["series"] = f"{len(names)}, {origin}; {self.name}{self._in_brackets()} of each, {', '.join(values)}"
         if spread.is_beyond_chance:
-            self.warnings.append(Reason.SERIES_DIFFER(values=", ".join(values)))
+            self.warnings.append(Reason.SERIES_DIFFER(values=", ".join(values) + self.bench.in_unit))
         return spread
 
 

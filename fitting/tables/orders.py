@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from fitting.parameters import UNITS, Parameter, absolute_sd, check_quantity, number, says_its_origin
-from fitting.tables.judgement import Bench, Judgement
+from fitting.tables.bench import Bench
+from fitting.tables.judgement import Judgement
 from fitting.tables.result import RingsResult
 from fitting.tables.table import readings
 from newtonjax.numerics import require_choice, shown
@@ -31,7 +32,7 @@ def rings(
     bright: bool = False,
     view_angle: float = 0.0,
     view_angle_sd: float | str | None = None,
-    gap_index: float = 1.0,
+    gap_index: float | None = None,
     gap_index_sd: float | str | None = None,
     expected_radius: float | None = None,
     columns: Mapping[str, str] | None = None,
@@ -52,10 +53,11 @@ def rings(
         tells which.
       wavelength: in vacuum, or in air with air as the index 1 [m]. Without it `radius` gives it.
       pixel_size: [m], for readings in pixels; without it the answer is the slope.
-      radius: of the lens where it is known [m]: the wavelength is measured instead.
+      radius: of the lens where it is known [m]: the wavelength is measured instead. With both known, readings in pixels
+        give the pixel size, others the index of what fills the gap.
       bright: the readings are of bright rings.
       view_angle: of view against the plate's normal, outside [rad].
-      gap_index: of the gap's medium.
+      gap_index: of the gap's medium; 1 where it is not given and not measured.
       wavelength_sd, pixel_size_sd, radius_sd, view_angle_sd, gap_index_sd: standard deviations, in the same units or as
         "0.1%".
       expected_radius: rough [m]; radii and diameters, or units, that look mistaken are then warned of.
@@ -77,36 +79,37 @@ def rings(
             "radius, but the wedge's angle (fitting.wedge); for rings give left_mm with "
             "right_mm, diameter_mm or radius_mm"
         )
+    both = wavelength is not None and radius is not None
+    in_pixels = read.unit == "px" and pixel_size is None
+    if both and gap_index is not None and not in_pixels:
+        raise ValueError("wavelength, radius and gap_index are given: nothing is left to measure; leave one out")
     # A ring's path difference is 2 t n cos θ' = 2 t sqrt(n² - sin² θ).
     bench = Bench(
         None if wavelength is None else number("wavelength", wavelength),
         None if radius is None else number("radius", radius),
-        path=float(np.sqrt(gap_index**2 - np.sin(view_angle) ** 2)),
+        gap_index=None if both and not in_pixels else 1.0 if gap_index is None else float(gap_index),
+        view_angle=float(view_angle),
         contact=-0.5 if (view == "transmitted") != bright else 0.0,
         scale=float(pixel_size or 1.0) if read.unit == "px" else 1.0,
-        unit="px" if read.unit == "px" and pixel_size is None else "m",
+        unit="px" if in_pixels else "m",
     )
-    relative = {
-        "pixel_size": 2 * sds["pixel_size"] / bench.scale if read.unit == "px" else 0.0,
-        "wavelength": sds["wavelength"] / (wavelength or 1.0),
-        "radius": sds["radius"] / (radius or 1.0),
-        "view_angle": abs(np.sin(view_angle) * np.cos(view_angle)) / bench.path**2 * sds["view_angle"],
-        "gap_index": gap_index / bench.path**2 * sds["gap_index"],
-    }
+    if read.unit != "px":
+        sds["pixel_size"] = 0.0
     model = {
         "table": read.understood,
         "rings": f"{'bright' if bright else 'dark'}, {view}, read from {read.column}",
         "line": f"r² against order, free intercept, {'weighted' if read.sd is not None else 'equal weights'}",
-        "gap": f"exact sphere, index {gap_index:g}, seen at {np.degrees(view_angle):g}°",
+        "gap": f"exact sphere, index {'measured' if bench.gap_index is None else f'{bench.gap_index:g}'}, "
+        f"seen at {np.degrees(view_angle):g}°",
     }
-    judgement = Judgement(read, bench, relative, expected_radius)
+    judgement = Judgement(read, bench, sds, expected_radius)
     status, message, values = judgement.outcome()
     given = {
         "wavelength": wavelength,
         "radius": radius,
         "pixel_size": pixel_size if read.unit == "px" else None,
         "view_angle": view_angle,
-        "gap_index": gap_index,
+        "gap_index": bench.gap_index,
     }
     parameters = {
         name: Parameter(float(value), sds[name] or None, True, name, UNITS[name])
@@ -137,17 +140,20 @@ def _checked_sds(arguments: dict) -> dict[str, float]:
     for name in ("wavelength", "pixel_size", "gap_index", "radius"):
         check_quantity(name, arguments[name])
     check_quantity("expected_radius", arguments["expected_radius"], "radius")
-    if (arguments["wavelength"] is None) == (arguments["radius"] is None):
-        raise ValueError("give wavelength to measure the radius, or radius to measure the wavelength, and not both")
+    if arguments["wavelength"] is None and arguments["radius"] is None:
+        raise ValueError(
+            "give wavelength to measure the radius, or radius to measure the wavelength, or both to measure the pixel "
+            "size or the gap's index"
+        )
     if arguments["radius"] is not None and arguments["expected_radius"] is not None:
         raise ValueError("expected_radius is of a radius that is measured; leave it out where radius is given")
     if not abs(number("view_angle", arguments["view_angle"])) < np.pi / 2:
         raise ValueError(f"view_angle is {arguments['view_angle']}; allowed: less than a right angle, in radians")
-    if np.sin(arguments["view_angle"]) ** 2 >= arguments["gap_index"] ** 2:
+    if arguments["gap_index"] is not None and np.sin(arguments["view_angle"]) ** 2 >= arguments["gap_index"] ** 2:
         raise ValueError(f"gap_index is {arguments['gap_index']}: light at this angle does not enter the gap")
-    if not isinstance(arguments["bright"], bool | np.bool_):
-        raise ValueError(f"bright is {arguments['bright']!r}; allowed: True or False")
     names = ("wavelength", "pixel_size", "radius", "view_angle", "gap_index")
+    if arguments["gap_index"] is None and arguments["gap_index_sd"] is not None:
+        raise ValueError("gap_index_sd is given without gap_index; give both")
     sds = {name: absolute_sd(name, arguments[f"{name}_sd"], arguments[name]) or 0.0 for name in names}
     if sds["view_angle"] > _LARGEST_ANGLE_SD:
         raise ValueError(

@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from fitting.parameters import (
+    TABLE,
     AbstractResult,
     Origin,
     Parameter,
@@ -13,6 +14,7 @@ from fitting.parameters import (
     rounded,
     with_sd,
 )
+from fitting.tables.bench import MEASURED
 from fitting.tables.ring import Ring
 
 
@@ -21,9 +23,10 @@ class RingsResult(AbstractResult):
     """The outcome of `fitting.rings`. Lengths in metres; `None` is what the readings do not give.
 
     - `status`: "ok", "no-scale" (radii in pixels without a pixel size) or "refused"; `message`: the reason.
-    - `measured`: "radius", or "wavelength" where the radius was given; the other of the two is None.
+    - `measured`: "radius", "wavelength" where the radius was given, "pixel_size" or "gap_index" where both were; what
+      is not measured is None.
     - `radius`, `radius_sd` (total), `radius_interval` (95 %, Student), `radius_sd_noise` (of the readings).
-    - `wavelength`, `wavelength_sd`, `wavelength_interval`: the same where it is measured.
+    - `wavelength`, `pixel_size`, `gap_index`, each with `..._sd` and `..._interval`: the same where they are measured.
     - `slope`, `slope_sd`: of r² against order [m²], or [px²] without a scale.
     - `order_offset`, `order_offset_sd`: orders by which the line misses the contact's.
     - `gap`: at the centre, known modulo half a wavelength in the gap.
@@ -41,6 +44,12 @@ class RingsResult(AbstractResult):
     wavelength: float | None = None
     wavelength_sd: float | None = None
     wavelength_interval: tuple[float, float] | None = None
+    pixel_size: float | None = None
+    pixel_size_sd: float | None = None
+    pixel_size_interval: tuple[float, float] | None = None
+    gap_index: float | None = None
+    gap_index_sd: float | None = None
+    gap_index_interval: tuple[float, float] | None = None
     fringe_scale_per_px2: float | None = None
     slope: float | None = None
     slope_sd: float | None = None
@@ -58,25 +67,26 @@ class RingsResult(AbstractResult):
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON object of the shell: units in the keys, null for what is not determined."""
-        unit = self.unit
+        unit, numbers = self.unit, {}
+        for name in MEASURED:
+            ends = getattr(self, f"{name}_interval")
+            key = TABLE[name].key
+            numbers |= {key(): getattr(self, name), key("sd"): getattr(self, f"{name}_sd")}
+            numbers[key("interval")] = ends and list(ends)
+        sd_key = TABLE[self.measured].sd_key
         return {
             "status": self.status,
             "message": str(self.message),
             "measured": self.measured,
-            "radius_m": self.radius,
-            "radius_sd_m": self.radius_sd,
-            "radius_interval_m": self.radius_interval and list(self.radius_interval),
+            **numbers,
             "radius_sd_noise_m": self.radius_sd_noise,
-            "wavelength_m": self.wavelength,
-            "wavelength_sd_m": self.wavelength_sd,
-            "wavelength_interval_m": self.wavelength_interval and list(self.wavelength_interval),
             "fringe_scale_per_px2": self.fringe_scale_per_px2,
             f"slope_{unit}2": self.slope,
             f"slope_sd_{unit}2": self.slope_sd,
             "order_offset": self.order_offset,
             "order_offset_sd": self.order_offset_sd,
             "gap_m": self.gap,
-            "budget": [{"source": source, "sd_m": sd} for source, sd in self.budget],
+            "budget": [{"source": source, sd_key: sd} for source, sd in self.budget],
             "model": dict(self.model),
             "rings": [
                 {"order": r.order, f"radius_{unit}": r.radius, f"residual_{unit}": r.residual, "flag": r.flag}
@@ -91,26 +101,26 @@ class RingsResult(AbstractResult):
     def from_dict(cls, saved: Mapping[str, Any]) -> "RingsResult":
         """The result that `to_dict` was called of."""
         unit = "m" if "slope_m2" in saved else "px"
-        intervals = {name: saved.get(f"{name}_interval_m") for name in ("radius", "wavelength")}
+        numbers = {}
+        for name in MEASURED:
+            key = TABLE[name].key
+            ends = saved.get(key("interval"))
+            numbers |= {name: saved.get(key()), f"{name}_sd": saved.get(key("sd"))}
+            numbers[f"{name}_interval"] = ends and tuple(ends)
         status, message, warnings, origin = common_from(saved)
         return cls(
             status,
             message,
             measured=saved.get("measured", "radius"),
-            radius=saved["radius_m"],
-            radius_sd=saved["radius_sd_m"],
-            radius_interval=intervals["radius"] and tuple(intervals["radius"]),
+            **numbers,
             radius_sd_noise=saved["radius_sd_noise_m"],
-            wavelength=saved.get("wavelength_m"),
-            wavelength_sd=saved.get("wavelength_sd_m"),
-            wavelength_interval=intervals["wavelength"] and tuple(intervals["wavelength"]),
             fringe_scale_per_px2=saved["fringe_scale_per_px2"],
             slope=saved[f"slope_{unit}2"],
             slope_sd=saved[f"slope_sd_{unit}2"],
             order_offset=saved["order_offset"],
             order_offset_sd=saved["order_offset_sd"],
             gap=saved["gap_m"],
-            budget=[(row["source"], row["sd_m"]) for row in saved["budget"]],
+            budget=[(row["source"], row.get("sd_m", row.get("sd"))) for row in saved["budget"]],
             warnings=warnings,
             model=dict(saved["model"]),
             rings=[
@@ -138,30 +148,32 @@ class RingsResult(AbstractResult):
             figure.draw_line(self.rings, self.unit, ax)
             return ax.figure
         value, value_sd, _ = self._answer()
-        title = "" if value is None else f"{self.measured} {with_sd(value, value_sd, 'm')}"
+        title = "" if value is None else f"{self._name()} {with_sd(value, value_sd, TABLE[self.measured].unit)}"
         return figure.of_rings(self.rings, self.unit, title)
 
     def _answer(self) -> tuple[float | None, float | None, tuple[float, float] | None]:
         """What is measured: value, standard deviation, interval."""
-        if self.measured == "wavelength":
-            return self.wavelength, self.wavelength_sd, self.wavelength_interval
-        return self.radius, self.radius_sd, self.radius_interval
+        return tuple(getattr(self, f"{self.measured}{part}") for part in ("", "_sd", "_interval"))  # pyright: ignore
+
+    def _name(self) -> str:
+        return self.measured.replace("_", " ")
 
     def report(self) -> str:
         """The result as text: the answer, its budget, the readings and what is wrong with them."""
         lines = [f"[[Result]]  {self.status}" + (f": {self.message}" if self.message else "")]
         value, value_sd, interval = self._answer()
+        unit = TABLE[self.measured].unit
         if value is not None:
-            lines += [f"    {self.measured} = {with_sd(value, value_sd, 'm')}"]
+            lines += [f"    {self._name()} = {with_sd(value, value_sd, unit)}"]
         if interval is not None:
             low, high = (rounded(end, value_sd) for end in interval)
-            lines += [f"    95 %: {low} to {high} m"]
+            lines += [f"    95 %: {low} to {high} {unit}".rstrip()]
         if self.slope is not None:
             lines += [f"    slope of r² against order = {with_sd(self.slope, self.slope_sd, self.unit + '²')}"]
         if self.order_offset is not None:
             lines += [f"    offset from contact = {with_sd(self.order_offset, self.order_offset_sd, 'orders')}"]
         if self.budget:
-            lines += [f"[[Budget]]  standard deviations of the {self.measured} [m]"]
+            lines += [f"[[Budget]]  standard deviations of the {self._name()} [{unit or 1}]"]
             lines += [f"    {source:<12} {sd:.3g}" for source, sd in self.budget]
         if self.rings:
             lines += [f"[[Rings]]  order, radius [{self.unit}], residual [{self.unit}]"]

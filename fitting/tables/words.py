@@ -22,26 +22,30 @@ _LISTED = 8
 
 @dataclass(frozen=True)
 class Quantity:
-    """What the slope gives: its name, its value [m] of a slope, None where pixels have no scale; the line's slope.
+    """What the slope gives: its name, its value of a slope, None where pixels have no scale; the line's slope.
 
-    Without a scale, text says what is the same in any unit: a share of the value.
+    `power`: per cent of the value to a per cent of the slope; `in_unit`: what follows a value. Without a scale, text
+    says what is the same in any unit: a share of the value.
     """
 
     name: str
-    metres: Callable[[float], float] | None
+    value_of: Callable[[float], float] | None
     slope: float
+    power: float = 1.0
+    in_unit: str = " m"
 
     def of(self, slope: float) -> str:
         """The value that another slope gives: "1.234 m", or "5.2 % larger"."""
-        if self.metres is not None:
-            return f"{self.metres(slope):.4g} m"
+        if self.value_of is not None:
+            return f"{self.value_of(slope):.4g}{self.in_unit}"
         change = slope / self.slope - 1
         return f"{100 * abs(change):.3g} % {'larger' if change > 0 else 'smaller'}"
 
     def sd_of(self, slope_sd: float) -> str:
         """The standard deviation by that of the slope: "0.012 m", or "1.2 %"."""
-        if self.metres is not None:
-            return f"{self.metres(slope_sd):.2g} m"
+        if self.value_of is not None:
+            share = abs(self.power) * slope_sd / self.slope
+            return f"{share * self.value_of(self.slope):.2g}{self.in_unit}"
         return f"{100 * slope_sd / self.slope:.2g} %"
 
 
@@ -68,12 +72,14 @@ def of_offset(offset: float, sd: float | None, measured: str, law: Statement | N
     return [Reason.NOT_THROUGH_CONTACT(offset=offset, count=count, measured=measured)]
 
 
-def undetermined(measured: str, value: float, sd: float, highest: float, suspects: list[Statement]) -> Statement:
+def undetermined(
+    measured: str, value: float, sd: float, highest: float, suspects: list[Statement], in_unit: str = " m"
+) -> Statement:
     """Why the readings give no value."""
     # Each of them after a semicolon, the first too.
     text = Joined("; ", ["", *suspects])
     return Reason.INTERVAL_REACHES_ZERO(
-        measured=measured, value=with_sd(value, sd, "m"), highest=highest, suspects=text
+        measured=measured, value=with_sd(value, sd, in_unit.strip()), highest=highest, unit=in_unit, suspects=text
     )
 
 
