@@ -1,6 +1,7 @@
 """Claim: the pictures of the README are made by the code as it is.
 
-Writes docs/rings.png (both views of one lens, and a wedge) and docs/fit.png (the demo's picture of its fit).
+Writes docs/rings.png (both views of one lens, and a wedge), docs/colours.png (rings in white light and in that of two
+lamps) and docs/fit.png (the demo's picture of its fit).
 
     python -m experiments.paper.pictures
 """
@@ -35,10 +36,27 @@ def rings() -> Figure:
     return figure
 
 
+def colours() -> Figure:
+    """Reflected rings of a lens of 154.5 mm, as an eye sees them that is used to the lamp, or to daylight."""
+    camera = nj.Camera((500, 500), 3.4e-6, response=nj.cie_1931())
+    figure = Figure(figsize=(9.6, 3.6), layout="constrained")
+    lamps = {"white, 5500 K": "white:5500K", "LED, 525 nm, 30 nm wide": "led:525nm/30nm", "sodium": "sodium"}
+    for axes, (title, words) in zip(figure.subplots(1, 3), lamps.items(), strict=True):
+        scene = nj.newton_rings(0.1545, light=words)
+        xyz = np.asarray(nj.render(scene, camera))
+        spectrum = scene.light.spectrum
+        of_lamp = nj.cie_1931().powers(spectrum.wavelengths, spectrum.shares).sum(axis=1)
+        white = of_lamp if words.startswith("white") else None
+        axes.imshow(nj.to_srgb(xyz / xyz[..., 1].max(), white), extent=(-0.85, 0.85, 0.85, -0.85))
+        axes.set(title=title, xlabel="x [mm]")
+    return figure
+
+
 def main() -> None:
-    """Draw both."""
+    """Draw all."""
     jax.config.update("jax_enable_x64", True)
     rings().savefig(ROOT / "docs" / "rings.png", dpi=90)
+    colours().savefig(ROOT / "docs" / "colours.png", dpi=90)
     data = ROOT / "fitting" / "data"
     sample = tomllib.loads((data / "sample.toml").read_text(encoding="utf-8"))
     result = fitting.fit(data / "sample.png", **sample["given"])

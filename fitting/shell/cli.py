@@ -123,6 +123,9 @@ def render(
     ] = False,
     seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Seed of the noise.")] = 0,
     bits: Bits = None,
+    colour: Annotated[
+        bool, typer.Option("--colour", help="In the colours that an eye sees (CIE 1931), as 8-bit sRGB.")
+    ] = False,
     explain: Annotated[
         bool,
         typer.Option(
@@ -141,7 +144,8 @@ def render(
     how = render_verb.How(method, nodes, epsilon, tolerance)
     noise = seed if expose else None
     named = {name: value for name, value in bench.items() if value is not None}
-    what = render_verb.Request(scene, output, named, shape, pixel_size, how, noise, bits or 16, explain, force)
+    depth = bits or (8 if colour else 16)
+    what = render_verb.Request(scene, output, named, shape, pixel_size, how, noise, depth, colour, explain, force)
     return render_verb.run(what)
 
 

@@ -47,6 +47,7 @@ class Request(NamedTuple):
     how: How
     seed: int | None
     bits: int
+    colour: bool
     explain: bool
     force: bool
 
@@ -70,6 +71,8 @@ def run(request: Request) -> int:
     kind = request.output.suffix.lower()
     if kind not in (".png", *_TIFF):
         raise ValueError(f"--output {request.output}: give a name that ends in .png, or in .tif for a large image")
+    if request.colour and (kind != ".png" or request.seed is not None or request.bits != 8):
+        raise ValueError("--colour makes an 8-bit PNG without noise; leave out --expose and --bits, and end with .png")
     output.check_free([request.output], request.force, keep=(Path(request.scene),))
     session.prepare()
     session.keep_rays()
@@ -108,7 +111,8 @@ def _scene_and_camera(request: Request) -> tuple[nj.Scene, nj.Camera, bool]:
     default = nj.Camera(shape=(1024, 1024), pixel_size=5e-6) if camera is None else camera
     shape = default.shape if request.shape is None else request.shape
     pixel_size = default.pixel_size if request.pixel_size is None else request.pixel_size
-    return scene, replace(default, shape=shape, pixel_size=pixel_size), camera is not None
+    response = nj.cie_1931() if request.colour else default.response
+    return scene, replace(default, shape=shape, pixel_size=pixel_size, response=response), camera is not None
 
 
 def _bench(name: str, values: dict) -> nj.Scene:
@@ -174,11 +178,14 @@ def _develop(
     splatted: Splatted | None,
 ) -> tuple[Iterator[tuple[int, np.ndarray]], float, str]:
     """The blocks over white, white as a fraction of the incident irradiance, and a line on the noise."""
-    peak = max(float(part.max()) for _, part in parts)
+    has_channels = camera.response is not None
+    peak = max(float((part[..., 1] if has_channels else part).max()) for _, part in parts)
     if not peak > 0 and splatted and splatted.unpaired.any():
         raise ValueError(f"the image is dark everywhere: {why_unpaired(splatted)}")
     if not peak > 0:
         raise ValueError("the image is dark everywhere: no beam reaches it; change the scene or the camera")
+    if has_channels:
+        return ((first, np.asarray(nj.to_srgb(part / peak))) for first, part in parts), peak, "none (colours)"
     if seed is None:
         return ((first, part / peak) for first, part in parts), peak, "none (add --expose for a photograph)"
     if not from_file:

@@ -3,7 +3,8 @@
 Wavelengths and strengths: J. E. Sansonetti and W. C. Martin, Handbook of Basic Atomic Spectroscopic Data, J. Phys.
 Chem. Ref. Data 34, 1559 (2005), NIST Standard Reference Database 108; sodium's and the laser's: NIST Atomic Spectra
 Database (the vacuum line 632.9912 nm of the mise en pratique of the metre over 1.000277). Strengths are those of the
-handbook's lamps, to a factor of two in another lamp; those of sodium are the statistical weights of its upper levels.
+handbook's lamps, rough even for these: a measured spectrum of the lamp at hand is better. Those of sodium are the
+statistical weights of its upper levels.
 """
 
 import difflib

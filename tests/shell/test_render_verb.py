@@ -142,3 +142,14 @@ def test_a_radius_of_which_no_ring_is_seen_is_doubted(capsys, tmp_path, radius, 
     command = ["render", "reflected", "--radius", radius, "--shape", "64x64", "--pixel-size", "60um"]
     assert main([*command, "--output", str(tmp_path / "rings.png")]) == 0
     assert ("of a fringe lies between middle and corner, of a radius of 2000 m" in capsys.readouterr().out) == is_said
+
+
+def test_colours_are_those_of_the_library(capsys, tmp_path):
+    options = "reflected --light white:5500K --radius 0.2m --shape 20x30 --pixel-size 40um --colour"
+    assert main(["render", *options.split(), "--output", str(tmp_path / "a.png")]) == 0
+    camera = nj.Camera((20, 30), 40e-6, response=nj.cie_1931())
+    xyz = np.asarray(nj.render(nj.newton_rings(0.2, light="white:5500K"), camera))
+    expected = np.rint(255 * nj.to_srgb(xyz / xyz[..., 1].max()))
+    np.testing.assert_allclose(imageio.imread(tmp_path / "a.png").astype(float), expected, atol=1)
+    assert main(["render", *options.split(), "--expose", "--output", str(tmp_path / "b.png")]) == 2
+    assert "leave out --expose" in capsys.readouterr().err
