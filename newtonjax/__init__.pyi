@@ -16,8 +16,10 @@ from newtonjax.numerics import sin_turns as sin_turns
 from newtonjax.planning import Plan as Plan
 from newtonjax.planning import PlanReason as PlanReason
 from newtonjax.planning import plan as plan
+from newtonjax.scene import AbstractFigure as AbstractFigure
 from newtonjax.scene import Beam as Beam
 from newtonjax.scene import Camera as Camera
+from newtonjax.scene import ChebyshevFigure as ChebyshevFigure
 from newtonjax.scene import CollectingLens as CollectingLens
 from newtonjax.scene import Light as Light
 from newtonjax.scene import Response as Response
@@ -25,6 +27,7 @@ from newtonjax.scene import Scene as Scene
 from newtonjax.scene import Shield as Shield
 from newtonjax.scene import Spectrum as Spectrum
 from newtonjax.scene import Surface as Surface
+from newtonjax.scene import Zernike as Zernike
 from newtonjax.scene import black_body as black_body
 from newtonjax.scene import choose_beams as choose_beams
 from newtonjax.scene import cie_1931 as cie_1931

@@ -15,7 +15,8 @@ SCENES = {"transmitted": "newton_rings", "reflected": "newton_rings", "wedge": "
 _METAVARS = {
     "length": "LENGTH", "wavelength": "LENGTH|LINE", "light": "LAMP", "screen": "LENGTH|gap",
     "angle": "ANGLE", "angles": "ANGLE,ANGLE",
-    "index": "NUMBER", "fraction": "NUMBER", "names": "NAMES",
+    "index": "NUMBER", "fraction": "NUMBER", "names": "NAMES", "number": "NUMBER", "terms": "NUMBERS",
+    "heights": "LENGTHS",
 }  # fmt: skip
 
 
@@ -52,6 +53,9 @@ def _reader(argument: Argument) -> Callable[[str], Any]:
         "angles": _angles,
         "index": quantities.number,
         "fraction": quantities.number,
+        "number": quantities.number,
+        "terms": lambda text: tuple(map(quantities.number, text.split(","))),
+        "heights": lambda text: tuple(map(quantities.length, text.split(","))),
         "names": lambda text: tuple(text.split(",")),
     }
     return readers[argument.kind]

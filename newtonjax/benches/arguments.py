@@ -7,10 +7,13 @@ from typing import Any, Literal, NamedTuple
 
 from newtonjax.scene import HEIGHT, INDEX, RADIUS, THICKNESS, TILT, WAVELENGTH
 
-Kind = Literal["length", "wavelength", "light", "screen", "angle", "angles", "index", "fraction", "view", "names"]
+Kind = Literal[
+    "length", "wavelength", "light", "screen", "angle", "angles", "index", "fraction", "view", "names", "number",
+    "terms", "heights",
+]  # fmt: skip
 Test = Literal[
     "finite", "radius", "wavelength", "index", "height", "thickness", "tilt", "tilts", "angles", "view", "screen",
-    "names", "fraction", "light",
+    "names", "fraction", "light", "terms",
 ]  # fmt: skip
 
 
@@ -44,12 +47,14 @@ _SCREEN = "a distance in metres, or 'gap'"
 _THICKNESS = f"a positive thickness, {THICKNESS.words}"
 _LIGHT = "words such as 'sodium', 'mercury:546nm/10nm', 'white:5500K' or 'lamp.csv', or a Spectrum"
 _LIGHT_HELP = "Lamp, filtered lamp, line of a width, white light or file of a spectrum, instead of a wavelength."
+_RADIUS = f"a non-zero radius, {RADIUS.words}; infinite for a plane"
+_POWERS = "1 to 8 finite coefficients [m^(1 - power)], or None"
 _SCREEN_HELP = "Distance of the screen behind the glass, or gap: a microscope focused on the gap."
 
 # In the order of the Python signatures.
 ARGUMENTS = (
     Argument("radius", "length", 1.0, "1m", "Radius of the lens's convex face, negative for a concave one.",
-             f"a non-zero radius, {RADIUS.words}; infinite for a plane", "radius", _RINGS),
+             _RADIUS, "radius", _RINGS),
     Argument("wedge_angle", "angle", 1e-4, "0.1mrad", "Angle of the wedge.",
              f"an angle {TILT.words}", "tilt", _WEDGE),
     Argument("wavelength", "wavelength", 589.3e-9, "589.3nm", "Vacuum wavelength.",
@@ -87,6 +92,26 @@ ARGUMENTS = (
     Argument("collecting_lens", "length", None, "none",
              "Focal length of a lens that images the gap on a screen at least four times as far away.",
              f"a positive focal length, {THICKNESS.words}, or None", "thickness"),
+    Argument("conic", "number", None, "none", "Conic constant of the lens's convex face: 0 a sphere, -1 a paraboloid.",
+             "a finite number, or None", "finite", _RINGS),
+    Argument("asphere", "terms", None, "none",
+             "Terms of the lens's convex face in r⁴, r⁶, ..., in metres over metres⁴, ...",
+             _POWERS, "terms", _RINGS),
+    Argument("odd_asphere", "terms", None, "none", "Its terms in r³, r⁵, ..., in metres over metres³, ...",
+             _POWERS, "terms", _RINGS),
+    Argument("radius_across", "length", None, "none",
+             "Its other radius where it is a toroid; infinite for a cylinder, whose radius is the first.",
+             f"{_RADIUS}; or None", "radius", _RINGS),
+    Argument("axis", "angle", None, "none", "Direction along which a toroid has the first radius, from x towards y.",
+             "a finite angle in radians, or None", "finite", _RINGS),
+    Argument("zernike", "heights", None, "none",
+             "Zernike terms of its figure in Noll's order, piston first, rms heights.",
+             "finite heights in metres, piston first, or None", "terms", _RINGS),
+    Argument("zernike_radius", "length", None, "none",
+             "Radius of the disc on which they are counted, where the lens ends.",
+             f"a positive radius, {THICKNESS.words}, or None", "thickness", _RINGS),
+    Argument("plate_radius", "length", None, "none", "Radius of the plate's upper face, negative for a concave one.",
+             f"{_RADIUS}; or None", "radius", _RINGS),
 )  # fmt: skip
 BENCHES = ("newton_rings", "air_wedge")
 # What arguments were called before, and what they are now.

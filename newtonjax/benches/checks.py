@@ -64,6 +64,10 @@ def _check(argument: Argument, value) -> None:
     elif argument.test == "light":
         if not isinstance(value, str | Spectrum):
             raise _refusal(argument, value)
+    elif argument.test == "terms":
+        require(argument.name, value, argument.allowed, finite)
+        if np.ndim(value) != 1:
+            raise _refusal(argument, value)
     elif argument.test == "names":
         if not (isinstance(value, tuple | list) and all(isinstance(beam, str) for beam in value)):
             raise _refusal(argument, value)

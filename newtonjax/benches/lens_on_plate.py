@@ -14,6 +14,8 @@ from newtonjax.scene import (
     Shield,
     Spectrum,
     Surface,
+    Terms,
+    Zernike,
     choose_beams,
     focus_height,
     frame,
@@ -50,6 +52,14 @@ def newton_rings(
     beams: Sequence[str] | None = None,
     shield: Scalar | None = None,
     collecting_lens: Scalar | None = None,
+    conic: Scalar | None = None,
+    asphere: Terms | None = None,
+    odd_asphere: Terms | None = None,
+    radius_across: Scalar | None = None,
+    axis: Scalar | None = None,
+    zernike: Terms | None = None,
+    zernike_radius: Scalar | None = None,
+    plate_radius: Scalar | None = None,
 ) -> Scene:
     """A plano-convex lens, convex face down, over a plane-parallel plate (Debelov and Dolgov 2021, section 4).
 
@@ -72,6 +82,10 @@ def newton_rings(
       shield: radius [m] of a round hole in a shield on the face where the light leaves; None for no shield.
       collecting_lens: focal length [m] of an ideal lens that images the gap, enlarged, on a `screen` at least four
         times as far away; None for a bare screen (Debelov and Dolgov 2021, figure 5).
+      conic, asphere, odd_asphere, axis: of the convex face, as in `Surface`.
+      radius_across: of the convex face across `axis` [m], a toroid; infinite for a cylinder.
+      zernike, zernike_radius: of the convex face, as in `Zernike`, in Noll's order.
+      plate_radius: of the plate's upper face [m], positive where it bulges to the lens, negative for a concave one.
 
     Raises ValueError for values that no bench can have. Traced values are not checked.
 
@@ -84,8 +98,18 @@ def newton_rings(
     scene = Scene(
         surfaces=(
             Surface(0.0, _point_on_axis(lens_axis, lens_thickness, gap), lens_tilt),
-            Surface(1 / radius, (0.0, 0.0, gap), lens_tilt),
-            Surface(0.0, (0.0, 0.0, 0.0), plate_tilt),
+            Surface(
+                1 / radius,
+                (0.0, 0.0, gap),
+                lens_tilt,
+                conic,
+                asphere,
+                odd_asphere,
+                None if radius_across is None else 1 / radius_across,
+                axis,
+                _zernike(zernike, zernike_radius),
+            ),
+            Surface(0.0 if plate_radius is None else -1 / plate_radius, (0.0, 0.0, 0.0), plate_tilt),
             Surface(0.0, _point_on_axis(plate_axis, -plate_thickness), plate_tilt),
         ),
         media=(ambient_index, lens_index, gap_index, plate_index, ambient_index),
@@ -102,6 +126,12 @@ def _light(light: str | Spectrum | None, wavelength: Scalar, ambient_index: Scal
     if spectrum is not None:
         wavelength, spectrum = spectrum.wavelength, None if spectrum.is_sharp_line() else spectrum
     return Light(wavelength, tilt, angle, degree=degree, spectrum=spectrum)
+
+
+def _zernike(coefficients, radius) -> Zernike | None:
+    if (coefficients is None) != (radius is None):
+        raise ValueError("zernike and zernike_radius: one is given without the other; allowed: both, or none")
+    return None if coefficients is None else Zernike(coefficients, radius)
 
 
 def _with_options(scene: Scene, screen, beams, shield, collecting_lens) -> Scene:

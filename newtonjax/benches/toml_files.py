@@ -13,8 +13,21 @@ import tomli_w
 
 from newtonjax.benches import lens_on_plate
 from newtonjax.benches.arguments import BENCHES, Argument, arguments_of, refuse_old_names
+from newtonjax.benches.figure_tables import FIGURE, figure_of, table_of
 from newtonjax.numerics import Scalar, Vector2, Vector3, require_concrete, shown
-from newtonjax.scene import Camera, CollectingLens, Light, Scene, Shield, Spectrum, Surface, lamp, word_of
+from newtonjax.scene import (
+    AbstractFigure,
+    Camera,
+    CollectingLens,
+    Light,
+    Scene,
+    Shield,
+    Spectrum,
+    Surface,
+    Terms,
+    lamp,
+    word_of,
+)
 
 Three = tuple[float, float, float]
 Two = tuple[float, float]
@@ -49,6 +62,8 @@ _IN_TOML = {
     Vector2 | None: Two | None,
     Vector3: Three,
     Spectrum | None: str | _SPECTRUM | None,
+    Terms | None: Numbers | None,
+    AbstractFigure | None: FIGURE | None,
 }
 
 
@@ -71,6 +86,7 @@ _STRUCTS = {name: _struct_of(kind) for name, kind in _PARTS.items()}
 def _type_of(argument: Argument) -> Any:
     """What TOML may hold for an argument of a bench."""
     by_kind = {"view": str, "screen": float | str, "angles": Two, "names": tuple[str, ...], "light": str}
+    by_kind |= dict.fromkeys(("terms", "heights"), Numbers)
     kind = by_kind.get(argument.kind, float)
     return kind | None if argument.default is None else kind
 
@@ -194,7 +210,12 @@ def _spectrum(content: str | msgspec.Struct, ambient_index: float) -> Spectrum:
 def _made(name: str, table: msgspec.Struct | None, where: str | None = None) -> Any:
     """A part of a bench, or the camera, of its table. Raises ValueError with the table's name."""
     try:
-        return None if table is None else _PARTS[name](**msgspec.structs.asdict(table))
+        if table is None:
+            return None
+        words = msgspec.structs.asdict(table)
+        if "figure" in words:
+            words["figure"] = figure_of(words["figure"])
+        return _PARTS[name](**words)
     except ValueError as error:
         raise ValueError(f"{_heading(where or name)} {str(error).removeprefix(f'{name}.')}") from None
 
@@ -248,6 +269,8 @@ def _plain(value: Any) -> Any:
         return value
     if isinstance(value, Spectrum):
         return _SPECTRUM(**{name: _plain(getattr(value, name)) for name in _SPECTRUM.__struct_fields__})
+    if isinstance(value, AbstractFigure):
+        return table_of(value)
     numbers = np.asarray(value, dtype=float).tolist()
     return tuple(numbers) if isinstance(numbers, list) else numbers
 

@@ -15,6 +15,7 @@ from newtonjax.scene import (
     REST,
     Direction,
     Face,
+    Height,
     Scene,
     dot,
     exit_medium,
@@ -23,6 +24,7 @@ from newtonjax.scene import (
     imaged_plane,
     itinerary,
     launch_frame,
+    table_size,
     tables,
 )
 
@@ -74,12 +76,16 @@ class Ray(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """The way to one interaction: where it began, its direction and signed length [m], the normal at its end."""
+    """The way to one interaction: where it began, its direction and signed length [m], the normal at its end.
+
+    `height`: of a shape at its end; None in a bench of spheres.
+    """
 
     position: Float[Array, "3"]
     direction: Float[Array, "3"]
     length: Float[Array, ""]
     normal: Float[Array, "3"]
+    height: Height | None
 
 
 class Landing(NamedTuple):
@@ -105,7 +111,8 @@ def gather(scene: Scene, interactions: int | None = None) -> tuple[Route, Settin
     xp, count = namespace(scene), len(scene.surfaces)
     table = tables(scene.beams, count, interactions)
     # Of the class: equinox makes a module of an instance's method each time that it is named, in 20 microseconds.
-    faces = jax.tree.map(lambda *numbers: xp.stack(numbers), *(type(s).face(s) for s in scene.surfaces))
+    size = table_size(scene.surfaces)
+    faces = jax.tree.map(lambda *numbers: xp.stack(numbers), *(type(s).face(s, size) for s in scene.surfaces))
     media = xp.asarray(scene.media)
     routes = Route(
         jax.tree.map(lambda numbers: numbers[table["surface"]], faces),
@@ -150,7 +157,7 @@ def _frame_at(xp, origin, directions: tuple[Direction, Direction, Direction]):
 
 def interact(ray: Ray, stop: Route) -> tuple[Ray, Leg]:
     """A ray to and through one interaction."""
-    distance, normal, meets = stop.face.intersect(ray.position, ray.direction)
+    distance, normal, meets, height = stop.face.meet(ray.position, ray.direction)
     # A ray that has turned round would meet the face from its other side, and run backwards.
     faces = (dot(normal, ray.direction) < 0) == stop.down
     xp = functions(normal, ray.position)
@@ -165,7 +172,7 @@ def interact(ray: Ray, stop: Route) -> tuple[Ray, Leg]:
         ray.path + stop.before * length,
         ray.alive & (rests | (meets & faces & (passes | is_reflected))),
     )
-    return after, Leg(ray.position, ray.direction, length, normal)
+    return after, Leg(ray.position, ray.direction, length, normal, height)
 
 
 def trace(route: Route, setting: Setting, start: Float[Array, "2 ..."]) -> tuple[Landing, Leg]:

@@ -78,7 +78,7 @@ def _behind(tube: Tube, stop: Route, leg: Leg) -> Tube:
     """The tube behind an interaction."""
     direction, normal = leg.direction[:, None], leg.normal[:, None]
     position = _moved(tube, leg.length, direction, normal)
-    turn = stop.face.change_of_normal(leg.normal, position)
+    turn = stop.face.change_of_normal(leg.height, leg.normal, position)
     _, cos_i, cos_t, _ = refract(stop.before, stop.beyond, leg.direction, leg.normal)
     eta, reflects = stop.before / stop.beyond, stop.action == REFLECT
     change = -dot(normal, tube.direction) - dot(direction, turn)  # of the cosine of incidence

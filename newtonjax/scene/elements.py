@@ -17,7 +17,8 @@ from newtonjax.numerics import (
     require_number,
     require_size,
 )
-from newtonjax.scene.surfaces import Direction, Surface, frame
+from newtonjax.scene.surfaces import Surface
+from newtonjax.scene.vectors import Direction, frame
 
 
 class Shield(eqx.Module):

@@ -8,7 +8,8 @@ from jaxtyping import Array, Bool, Float
 
 from newtonjax.numerics import Scalar, is_concrete, namespace
 from newtonjax.scene.scene import Scene
-from newtonjax.scene.surfaces import Surface, frame
+from newtonjax.scene.surfaces import Surface
+from newtonjax.scene.vectors import frame
 
 
 def gap_of(scene: Scene) -> int | None:
@@ -44,8 +45,8 @@ def required_gap(scene: Scene) -> int:
     return upper
 
 
-# Height over the vertex plane of a surface at squared radii: one of the methods of `Surface` that give it.
-Profile = Callable[[Surface, Float[Any, "..."]], Float[Any, "..."]]
+# Height over the vertex plane of a surface at points: one of the methods of `Surface` that give it.
+Profile = Callable[[Surface, Float[Any, "..."], Float[Any, "..."]], Float[Any, "..."]]
 
 
 def height(
@@ -58,7 +59,7 @@ def height(
     plane = vertex[2] - (axis[0] / axis[2] * dx + axis[1] / axis[2] * dy)
     if surface.is_plane():
         return namespace(plane).asarray(plane)
-    return plane + profile(surface, dx * dx + dy * dy)
+    return plane + profile(surface, dx, dy)
 
 
 class Gap(NamedTuple):
@@ -108,15 +109,16 @@ def focus_height(scene: Scene, upper: int) -> Scalar:
         surface = scene.surfaces[k]
         n1, n2 = (scene.media[k], scene.media[k + 1]) if down else (scene.media[k + 1], scene.media[k])
         s = sign * (object_z - surface.vertex[2])
-        image = n2 * s / (n1 + (n2 - n1) * sign * surface.curvature * s)
+        image = n2 * s / (n1 + (n2 - n1) * sign * surface.mean_curvature() * s)
         object_z = surface.vertex[2] + sign * image
     return object_z
 
 
 def has_tilted_sphere(scene: Scene) -> bool:
-    """Whether a face of the gap is a tilted sphere, which has no closed form of its height over the plane."""
+    """Whether a face of the gap is tilted and no plane: it has no closed form of its height over the plane."""
     upper = required_gap(scene)
-    return any(is_known_nonzero(f.tilt) and is_known_nonzero(f.curvature) for f in scene.surfaces[upper : upper + 2])
+    faces = scene.surfaces[upper : upper + 2]
+    return any(is_known_nonzero(f.tilt) and (f.is_shaped() or is_known_nonzero(f.curvature)) for f in faces)
 
 
 def is_known_nonzero(value) -> bool:

@@ -24,7 +24,7 @@ from newtonjax.numerics import (
 from newtonjax.scene.limits import WAVELENGTH
 from newtonjax.scene.response import Response
 from newtonjax.scene.spectrum import Lines, Spectrum, lines_of
-from newtonjax.scene.surfaces import Direction, frame
+from newtonjax.scene.vectors import Direction, frame
 
 
 class Light(eqx.Module):

@@ -215,3 +215,32 @@ def test_what_is_no_scene_leaves_no_file(tmp_path):
         with pytest.raises(ValueError, match=r"(scene is 0; allowed: a Scene|camera is 3; allowed: a Camera)$"):
             nj.save_scene(tmp_path / "scene.toml", scene, camera)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_surfaces_that_are_no_spheres_come_back_from_their_files(tmp_path):
+    words = {"zernike": (0.0, 1e-8, 3e-8 / 7), "zernike_radius": 5e-3, "plate_radius": -2.0}
+    for more in ({"conic": -1 / 3, "asphere": (2e2 / 3,)}, {"radius_across": 1.9, "axis": 0.1, "odd_asphere": (0.3,)}):
+        scene = nj.newton_rings(2.0, **words, **more)
+        assert_round_trip(tmp_path / "scene.toml", scene)
+        lines = [f"{name} = {list(v) if isinstance(v, tuple) else v}" for name, v in (words | more).items()]
+        (tmp_path / "bench.toml").write_text("\n".join(["[newton_rings]", "radius = 2.0", *lines]))
+        assert_same(nj.load_scene(tmp_path / "bench.toml")[0], scene)
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("conic = -1.0\nradius_across = 1.0", "conic and curvature_across are both given; allowed: one of them"),
+        ("axis = 0.1", "axis is given without curvature_across"),
+        ("zernike = [1e-8]", "one is given without the other"),
+        ("zernike = []\nzernike_radius = 5e-3", r"zernike is .*; allowed: 1 to 136 heights in metres, piston first"),
+        ("zernike = [1e-8]\nzernike_radius = -1.0", "zernike_radius is -1.0; allowed: a positive radius"),
+        ("asphere = [1.0, nan]", "asphere is .*; allowed: 1 to 8 finite coefficients"),
+        (f"asphere = {[1.0] * 9}", "asphere is .*; allowed: 1 to 8 finite coefficients"),
+        ("radius_across = 0.0", "radius_across is 0.0; allowed: a non-zero radius"),
+    ],
+)
+def test_a_shape_that_none_is_is_refused(tmp_path, line, message):
+    (tmp_path / "bad.toml").write_text(f"[newton_rings]\n{line}\n")
+    with pytest.raises(ValueError, match=message):
+        nj.load_scene(tmp_path / "bad.toml")
