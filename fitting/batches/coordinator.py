@@ -72,6 +72,7 @@ class _Run:
     pool: Pool
     ledger: Ledger
     tally: Tally
+    show: Callable[[bool], None]
     # Jobs that come before the next of `jobs`: those whose worker died, and further pages.
     waiting: deque = field(default_factory=deque)
     active: set = field(default_factory=set)
@@ -93,6 +94,7 @@ class _Run:
                 return job
             self.tally.resumed += 1
             self.add_pages(job)
+            self.show(False)
 
     def _from_source(self) -> Job | None:
         if self.is_exhausted:
@@ -140,7 +142,7 @@ def run(jobs: Iterator[Job | None], pool: Pool, ledger: Ledger, tally: Tally, sh
     `jobs` gives None where there is no photograph at present. `show` is called after each change of `tally`, and
     every second; its argument says whether nothing remains to be done at present.
     """
-    state = _Run(jobs, pool, ledger, tally)
+    state = _Run(jobs, pool, ledger, tally, show)
     while True:
         state.start_jobs()
         if not state.active and state.is_exhausted and not state.waiting:
@@ -148,4 +150,3 @@ def run(jobs: Iterator[Job | None], pool: Pool, ledger: Ledger, tally: Tally, sh
         show(not state.active and not state.waiting)
         for job, outcome in pool.finished(_LOOK):
             state.take(job, outcome)
-    show(True)

@@ -33,18 +33,20 @@ class LocalPool:
     """
 
     def __init__(self, count: int, work: Work, prepare: Callable[[], None]):
-        """Start the processes; each calls `prepare`, then `work` of its jobs. Both are importable functions."""
-        self._work, self._prepare = work, prepare
+        """Each process calls `prepare`, then `work` of its jobs: importable functions. All start with the first job."""
+        self._count, self._work, self._prepare = count, work, prepare
         self._failed_starts = 0
-        self._workers = [self._new_worker() for _ in range(count)]
+        self._workers: list[_Worker] = []
         self._running: dict[Future, tuple[int, Job]] = {}
 
     def free(self) -> int:
         """How many jobs may be started: as many as there are idle workers, so that a kill delays no other job."""
-        return len(self._workers) - len(self._running)
+        return self._count - len(self._running)
 
     def start(self, job: Job) -> None:
         """Give a job to an idle worker."""
+        if not self._workers:
+            self._workers = [self._new_worker() for _ in range(self._count)]
         busy = {place for place, _ in self._running.values()}
         place = next(place for place in range(len(self._workers)) if place not in busy)
         try:

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -51,7 +52,7 @@ def run(request: Request) -> int:
         def after_a_change(is_idle: bool) -> None:
             show()
             if is_idle:
-                summary.write()
+                summary.refresh()
 
         measure_all(
             _all(entries, following),
@@ -62,7 +63,7 @@ def run(request: Request) -> int:
             request.retry,
             lambda ledger: stopping.keep(ledger.path, "the same command goes on with it", ledger.writing),
         )
-    batch = summary.batch()
+    batch = summary.write()
     print(batch.report())
     print(f"files: {', '.join(str(path) for path in (folder / _RESULTS, *summary.files))}")
     return _status(batch)
@@ -73,23 +74,28 @@ class _Summary:
 
     def __init__(self, folder: Path, tally: Tally):
         self._folder, self._tally = folder, tally
-        self._written = -1
+        self._written, self._not_before = 0, 0.0
         self.files: list[Path] = []
 
-    def batch(self) -> Batch:
-        results = self._folder / _RESULTS
-        return Batch(results, rows_of(results, self._tally.keys))
-
-    def write(self) -> None:
-        if self._written == self._tally.done:
+    def refresh(self) -> None:
+        """Write where there are new rows, for at most a tenth of the time: all rows are read for it."""
+        if self._written == self._tally.done or time.monotonic() < self._not_before:
             return
-        batch = self.batch()
+        began = time.monotonic()
+        self.write()
+        self._not_before = time.monotonic() + 9 * (time.monotonic() - began)
+
+    def write(self) -> Batch:
+        """Write both, the chart where there is a value."""
+        results = self._folder / _RESULTS
+        batch = Batch(results, rows_of(results, self._tally.keys))
         self.files = [self._folder / _TABLE]
         output.write(self.files[0], batch.table(), force=True)
         if batch.measured:
             self.files.append(self._folder / _CHART)
             output.write(self.files[1], as_png(batch.figure()), force=True)
         self._written = self._tally.done
+        return batch
 
 
 def _entries(request: Request) -> list[Entry]:
