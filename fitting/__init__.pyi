@@ -29,7 +29,9 @@ from fitting.studies import measurement as measurement
 from fitting.studies import sensitivity as sensitivity
 from fitting.studies import spread as spread
 from fitting.studies import tradeoff as tradeoff
+from fitting.tables import Comparison as Comparison
 from fitting.tables import RingsResult as RingsResult
 from fitting.tables import WedgeResult as WedgeResult
+from fitting.tables import compare as compare
 from fitting.tables import rings as rings
 from fitting.tables import wedge as wedge

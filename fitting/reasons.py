@@ -268,6 +268,11 @@ class Reason(Wording):
         "the {measured} is {ratio:.2g} times the expected one{slip} (name the column with columns or --column)"
     )
 
+    # Several results in one question.
+    RESULTS_DIFFER = (
+        "the results differ in the {measured} {ratio:.2g} times as far as their own errors: the spread is in the budget"
+    )
+
     # Positions of straight fringes, as of a wedge.
     FEW_FRINGES_OF_WEDGE = "positions of {count} fringes; a wedge needs at least three orders"
     NO_SPACING = "the positions do not determine a spacing: {spacing:.3g} +/- {sd:.2g} m; read more fringes"

@@ -1,7 +1,7 @@
 """The verbs that measure: `fit`, `scale`, `rings`, `wedge`. What is heavy is imported inside them."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -35,6 +35,8 @@ from fitting.shell.options import (
     own_columns,
     with_part_options,
 )
+
+Quantity = Literal["radius", "wavelength", "pixel-size", "gap-index"]
 
 
 @with_part_options
@@ -100,8 +102,8 @@ def scale(
 
 
 def rings(
-    table: Annotated[
-        Path,
+    tables: Annotated[
+        list[Path],
         typer.Argument(
             metavar="TABLE", help="Ring readings (CSV, text, .xlsx, .ods): a header and one row a reading; - is stdin."
         ),
@@ -126,6 +128,9 @@ def rings(
     ] = None,
     gap_index: GapIndex = None,
     gap_index_sd: GapIndexSd = None,
+    compare: Annotated[
+        Quantity | None, typer.Option(help="Of several tables: one quantity; of gap-index the first table is in air.")
+    ] = None,
     expected_radius: Annotated[
         float | None,
         option(
@@ -185,7 +190,30 @@ def rings(
         "encoding": encoding,
         "vernier": vernier,
     }
-    return rings_verb.run(table, options, Outputs(json, output_dir, force))
+    outputs = Outputs(json, output_dir, force)
+    if compare is not None:
+        return rings_verb.run_all(tables, options, compare.replace("-", "_"), outputs)
+    if len(tables) > 1:
+        raise ValueError("several tables are given; say what is asked of them, such as --compare gap-index or radius")
+    return rings_verb.run(tables[0], options, outputs)
+
+
+def compare(
+    results: Annotated[list[Path], typer.Argument(metavar="RESULT.json", help="Results that fit or rings wrote.")],
+    of: Annotated[Quantity, typer.Option(help="What is asked; of gap-index the first result is in air.")],
+    json: Json = None,
+    output_dir: OutputDir = None,
+    force: Force = False,
+) -> int:
+    """Compare saved results: their mean with the spread between them, each over the first, or a liquid's index.
+
+    Rings of one lens in a liquid are narrower than in air: the ratio of the slopes is the index, whatever the lens,
+    the scale and the wavelength are.
+    """
+    from fitting.shell import rings_verb
+    from fitting.shell.answer import Outputs
+
+    return rings_verb.run_compare(results, of.replace("-", "_"), Outputs(json, output_dir, force))
 
 
 def wedge(

@@ -3,6 +3,7 @@
 import shlex
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import fitting
@@ -34,6 +35,29 @@ def run(table: Path, options: dict, outputs: Outputs) -> int:
         raise ValueError(f"{named}: not of straight fringes; leave it out")
     options["gap_index"] = 1.0 if options["gap_index"] is None else options["gap_index"]
     return outputs.write(fitting.wedge(source, **{name: options[name] for name in _COMMON}, **of_wedge))
+
+
+def run_all(tables: Sequence[Path], options: dict, of: str, outputs: Outputs) -> int:
+    """The same for several tables in one question; with the index of a liquid the first one is in air."""
+    sources = [source_of(table, options["encoding"]) for table in tables]
+    outputs.check(tuple(tables))
+    arguments = {name: value for name, value in options.items() if name not in _OF_WEDGE}
+    results = [fitting.rings(source, **arguments) for source in sources]
+    names = [table.name for table in tables]
+    result = fitting.compare(results, of, names=names)
+    return outputs.write(replace(result, origin=results[0].origin))
+
+
+def run_compare(files: Sequence[Path], of: str, outputs: Outputs) -> int:
+    """Compare results that were saved as JSON by `rings` or `fit`."""
+    outputs.check(tuple(files))
+    results = []
+    for file in files:
+        if not file.is_file():
+            raise FileNotFoundError(f"{file} is not a file; give the JSON of a result of fit or rings")
+        kind = fitting.FitResult if b'"FitResult"' in file.read_bytes() else fitting.RingsResult
+        results.append(kind.load(file))
+    return outputs.write(fitting.compare(results, of, names=[file.name for file in files]))
 
 
 def run_wedge(table: Path, options: dict, outputs: Outputs) -> int:
