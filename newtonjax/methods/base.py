@@ -150,6 +150,6 @@ def require_method(method, kind: type[AbstractMethod] = AbstractMethod) -> None:
 def unreached(method: AbstractMethod) -> ValueError:
     """What to raise where a beam does not arrive."""
     return ValueError(
-        f"{type(method).__name__} cannot honour a beam that does not reach the whole image (it misses a surface, "
-        "is totally reflected, or ends at a focus); use Traced()"
+        f"{type(method).__name__} cannot honour a beam that does not reach the whole image (it misses a surface or "
+        "its disc, is totally reflected, or ends at a focus); use Traced()"
     )

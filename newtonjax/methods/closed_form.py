@@ -19,7 +19,7 @@ from newtonjax.fields import (
     pack,
     polar,
 )
-from newtonjax.methods.base import CALL, AbstractMethod, CannotHonourError, is_single, pass_share
+from newtonjax.methods.base import CALL, AbstractMethod, CannotHonourError, pass_share
 from newtonjax.methods.closed_form_float32 import closed_turns
 from newtonjax.methods.many_wavelengths import equal_thickness, has_channels, one_line
 from newtonjax.numerics import cos_turns, is_concrete, require_concrete
@@ -152,8 +152,8 @@ def _refused(scene: Scene) -> tuple[str, str] | None:
     for k, surface in enumerate(scene.surfaces):
         if type(surface) is not Surface:
             return f"surfaces[{k}] of {type(surface).__name__}", "it takes Surface itself"
-        if is_single() and surface.is_shaped():
-            return f"the shape of surfaces[{k}]", "in float32 it takes spheres and planes"
+        if words := surface.shape_words():
+            return f"surfaces[{k}].{words[0]}", "it takes spheres and planes"
         if not surface.is_plane() and is_known_nonzero(surface.tilt):
             return f"surfaces[{k}].tilt", "it takes upright spheres"
     if is_known_nonzero(scene.screen.tilt):

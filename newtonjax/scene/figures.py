@@ -4,6 +4,7 @@ import abc
 from typing import Any
 
 import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
@@ -19,6 +20,7 @@ from newtonjax.numerics import (
     require,
     require_number,
     shown,
+    x64,
 )
 
 # Chebyshev polynomials to a side of a figure's table: one compiled program for each of these sizes.
@@ -54,8 +56,11 @@ class AbstractFigure(eqx.Module):
         """Coefficients [in y, in x] of Chebyshev products on the square around the disc, from `size`² samples."""
         at = chebyshev.nodes(size) * self.radius
         x, y = (part.ravel() for part in namespace(at).meshgrid(at, at))
-        heights = self.sag(x, y)
-        return chebyshev.coefficients(heights if isinstance(heights, np.ndarray) else namespace(at).asarray(heights))
+        if not is_concrete(self):
+            return chebyshev.coefficients(jnp.asarray(self.sag(x, y)))
+        # Known numbers stay known, and are of 64 bits, within a program and whatever JAX is set to.
+        with x64():
+            return chebyshev.coefficients(np.asarray(self.sag(x, y), dtype=float))
 
     def size(self) -> int:
         """The smallest of `SIZES` that holds the figure to rounding.

@@ -9,6 +9,9 @@ import jax
 
 from newtonjax.numerics import Jet, jets
 
+# By so much of itself a domain is larger, for rays on its very edge.
+EDGE = 1 + 1e-9
+
 
 def _is_traced(*numbers) -> bool:
     return not any(isinstance(number, Jet) for number in numbers) and any(isinstance(n, jax.Array) for n in numbers)
@@ -58,10 +61,16 @@ def _chebyshev(u, count: int, traced: bool) -> Any:
 def chebyshev_table(table, u, v) -> Any:
     """Σ table[j, i] T_j(v) T_i(u) and its derivatives [order in v, order in u], up to second ones.
 
-    `table` has axes of rays behind its first two, as many as u and v.
+    Beyond [-1, 1], where polynomials grow without bound, they go on along their tangents. `table` has axes of rays
+    behind its first two, as many as u and v.
     """
     traced = _is_traced(table, u, v)
     xp = jax.numpy if traced else jets
-    orders = xp.stack(_chebyshev(xp.stack([v, u]), len(table), traced), 1)  # [degree, order, v or u, ...]
+    at = xp.stack([v, u])
+    within = abs(at) <= EDGE
+    edge = xp.where(within, at, xp.where(at > 0, 1.0, -1.0))
+    value, slope, bend = _chebyshev(edge, len(table), traced)
+    # [degree, order, v or u, ...]
+    orders = xp.stack([value + (at - edge) * slope, slope, xp.where(within, bend, 0.0)], 1)
     rows = (orders[:, :, None, 0] * table[:, None]).sum(0)  # [order in v, degree in u, ...]
     return (rows[:, :, None] * orders[None, :, :, 1]).sum(1)

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from newtonjax.numerics import Jet, namespace, value_of
-from newtonjax.scene.polynomials import chebyshev_table, powers
+from newtonjax.scene.polynomials import EDGE, chebyshev_table, powers
 from newtonjax.scene.vectors import Vectors, dot
 
 # Powers of the radius: r⁴, r⁶, ... r¹⁸, and r³, r⁵, ... r¹⁷.
@@ -22,8 +22,6 @@ TERMS = 8
 _SMALL, _STEPS = 1e-16, 8
 # A step is no longer than the distance from the axis, and this [m]; a ray that is farther off at the end misses [m].
 _STEP, _MISS = 1e-4, 1e-12
-# By so much of itself a domain is larger, for rays on its very edge.
-_EDGE = 1 + 1e-9
 
 
 class Height(NamedTuple):
@@ -115,10 +113,8 @@ class Shape(NamedTuple):
         )
 
     def _figure(self, x, y) -> Height:
-        xp, (sx, sy) = namespace(self, x, y), self.scale
-        (u, inside_x), (v, inside_y) = _clipped(xp, x * sx), _clipped(xp, y * sy)
-        sx, sy = sx * inside_x, sy * inside_y
-        table = chebyshev_table(self.table, u, v)
+        sx, sy = self.scale
+        table = chebyshev_table(self.table, x * sx, y * sy)
         return Height(
             table[0, 0],
             sx * table[0, 1],
@@ -138,7 +134,7 @@ class Shape(NamedTuple):
         xp = jnp if isinstance(r2, jax.Array) else np
         toroid = (abs(c * s) < 1) & (abs(across * t) < 1)
         bent = xp.where(toric > 0, toroid, (1 + conic) * c * c * r2 < 1)
-        return bent & (abs(x * sx) <= _EDGE) & (abs(y * sy) <= _EDGE) & (r2 <= radius**2 * _EDGE)
+        return bent & (abs(x * sx) <= EDGE) & (abs(y * sy) <= EDGE) & (r2 <= radius**2 * EDGE)
 
     def meet(self, x: Float[Any, "..."], y: Float[Any, "..."], direction: tuple[Any, Any, Any]):
         """How far a ray that stands at (x, y) of the vertex plane goes to the surface, its height there, and whether.
@@ -194,12 +190,6 @@ def _root(xp, square, otherwise: float = 1.0):
 def _over(xp, r):
     """1/r; 0 on the axis, where what it multiplies vanishes with x² / r."""
     return xp.where(r > 0, 1 / xp.where(r > 0, r, 1.0), 0.0)
-
-
-def _clipped(xp, u):
-    """A figure's coordinate, and whether it lies in the domain: beyond it polynomials grow without bound; it stays."""
-    inside = abs(u) <= _EDGE
-    return xp.where(inside, u, xp.where(u > 0, 1.0, -1.0)), xp.where(inside, 1.0, 0.0)
 
 
 def _at(numbers, way) -> Height:

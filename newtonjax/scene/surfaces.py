@@ -102,8 +102,12 @@ class Surface(eqx.Module):
 
     def is_shaped(self) -> bool:
         """Whether it has anything that a sphere has not, be it 0."""
-        parts = (self.conic, self.asphere, self.odd_asphere, self.curvature_across, self.axis, self.figure)
-        return any(part is not None for part in parts)
+        return bool(self.shape_words())
+
+    def shape_words(self) -> list[str]:
+        """Names of what it has that a sphere has not."""
+        words = ("conic", "asphere", "odd_asphere", "curvature_across", "axis", "figure")
+        return [word for word in words if getattr(self, word) is not None]
 
     def is_plane(self) -> bool:
         """Whether it is known to be a plane; of a batch, all of it."""
@@ -154,7 +158,8 @@ class Surface(eqx.Module):
         """
         if self.is_shaped():
             shape = self._shape(namespace(self), figure_size((self,)), frame(self.tilt))
-            return shape.beside(np.ndim(x + y)).height(x, y).z
+            zero = 0.0 * (x + y)
+            return shape.beside(np.ndim(zero)).height(x + zero, y + zero).z
         xp, r2 = namespace(self.curvature, x, y), x * x + y * y
         inside = 1 - self.curvature * self.curvature * r2
         root = xp.sqrt(xp.where(inside > 0, inside, 1.0))
