@@ -31,6 +31,8 @@ gc.set_threshold(50_000, 20, 100)
 
 # The same examples in every run; no deadline, since a first example may compile.
 settings.register_profile("suite", deadline=None, derandomize=True, database=None)
+# What `--hypothesis-profile long` searches through: more examples, others in every run.
+settings.register_profile("long", deadline=None, database=None, max_examples=5000)
 settings.load_profile("suite")
 
 

@@ -69,6 +69,8 @@ def started(verb: str, folder: Path, cache: Path) -> subprocess.Popen:
         text=True,
         cwd=ROOT,
         env={**os.environ, "JAX_COMPILATION_CACHE_DIR": str(cache)},
+        # A job in the background has Ctrl-C ignored, and so would what it starts.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
 
 
@@ -135,7 +137,7 @@ def _is_complete(path: Path) -> bool:
             with Image.open(path) as image:
                 image.load()
         elif path.suffix == ".html":
-            return path.read_text(encoding="utf-8").rstrip().endswith("</html>")
+            return path.read_text(encoding="utf-8").rstrip().endswith(">")
         elif path.suffix == ".h5":
             import h5py
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fitting.parameters.fringe_scale import Deviation, read_sd
+from newtonjax.numerics import shown
 
 if TYPE_CHECKING:
     from fitting.parameters.bench import Knob
@@ -20,7 +21,7 @@ def relative_or_absolute_sd(knob: "Knob", sd: Deviation) -> tuple[bool, float]:
     """
     is_relative, size = read_sd(sd)
     if not 0 <= size < np.inf:
-        raise ValueError(f"sd: {knob.name} is {sd!r}; allowed: a standard deviation in its unit, or a percentage")
+        raise ValueError(f"sd: {knob.name} is {shown(sd)}; allowed: a standard deviation in its unit, or a percentage")
     if is_relative and not knob.value:
         raise ValueError(f"sd: {knob.name} is 0, and {sd} of 0 is 0; give it in {knob.unit or 'plain numbers'}")
     return is_relative, size

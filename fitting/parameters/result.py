@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar, cast
 import numpy as np
 
 from fitting.parameters import output
-from newtonjax.numerics import Statement
+from newtonjax.numerics import Statement, path_of, shown
 
 # What two results may differ in and still say the same.
 _OF_THE_RUN = ("seconds", "origin")
@@ -119,6 +119,12 @@ class AbstractResult(abc.ABC):
     warnings: list[str]
     origin: Origin | None
 
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        for name, guard in (("figure", _takes_axes), ("from_dict", _takes_saved)):
+            if name in vars(cls):
+                setattr(cls, name, guard(vars(cls)[name]))
+
     @property
     def reason(self) -> str | None:
         """The name of `message` in `fitting.Reason`, None where there is no message."""
@@ -140,7 +146,7 @@ class AbstractResult(abc.ABC):
     @classmethod
     @abc.abstractmethod
     def from_dict(cls, saved: Mapping[str, Any]) -> "AbstractResult":
-        """The result that `to_dict` was called of. Raises KeyError, TypeError or ValueError for another dictionary."""
+        """The result that `to_dict` was called of. Raises ValueError for another dictionary."""
 
     def _common(self) -> dict[str, Any]:
         """What ends every `to_dict`."""
@@ -173,7 +179,7 @@ class AbstractResult(abc.ABC):
 
         Raises FileExistsError for a file that is there already, unless `force`.
         """
-        output.write(Path(path), output.json_text(self.to_dict()), force)
+        output.write(path_of(path), output.json_text(self.to_dict()), force)
 
     @classmethod
     def load(cls: type[Result], path: str | Path) -> Result:
@@ -181,16 +187,13 @@ class AbstractResult(abc.ABC):
 
         Raises FileNotFoundError, and ValueError for a file that does not hold such a result.
         """
-        path = Path(path)
+        path = path_of(path)
         if not path.is_file():
             raise FileNotFoundError(f"{path} is not a file; give a result that was saved")
         try:
-            saved = json.loads(path.read_text(encoding="utf-8"))
-            if saved.get("kind", cls.__name__) != cls.__name__:
-                raise ValueError(f"it is a {saved['kind']}")
-            return cast("Result", cls.from_dict(saved))
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
-            raise ValueError(f"{path} does not hold a saved {cls.__name__}: {error!r}") from error
+            return cast("Result", cls.from_dict(json.loads(path.read_text(encoding="utf-8"))))
+        except ValueError as error:
+            raise ValueError(f"{path} does not hold a saved {cls.__name__}: {error}") from error
 
     def __str__(self) -> str:
         return self.report()
@@ -218,6 +221,44 @@ class AbstractResult(abc.ABC):
         file = io.BytesIO()
         figure.savefig(file, format="png", dpi=80)
         return text + f'<img src="data:image/png;base64,{base64.b64encode(file.getvalue()).decode()}">'
+
+
+def _takes_axes(figure: Callable[..., Any]) -> Callable[..., Any]:
+    """A method `figure(self, ax=None)` that refuses what are no axes."""
+
+    @functools.wraps(figure)
+    def with_axes(self: "AbstractResult", ax: Any = None) -> Any:
+        from matplotlib.axes import Axes
+
+        if ax is not None and not isinstance(ax, Axes):
+            raise ValueError(f"ax is {shown(ax)}; allowed: axes of matplotlib, or None for a figure of its own")
+        return figure(self, ax)
+
+    return with_axes
+
+
+def _takes_saved(from_dict: Any) -> Any:
+    """A class method `from_dict` that refuses in one line what `to_dict` did not give."""
+    function = from_dict.__func__
+
+    @functools.wraps(function)
+    def with_check(cls: type["AbstractResult"], saved: Mapping[str, Any]) -> "AbstractResult":
+        kind = cls.__name__
+        if not isinstance(saved, Mapping):
+            raise ValueError(f"saved is {shown(saved)}; allowed: the dictionary that {kind}.to_dict gave")
+        if saved.get("kind", kind) != kind:
+            raise ValueError(
+                f"it is a {' '.join(str(saved['kind']).split())[:40]}; allowed: the dictionary that {kind}.to_dict gave"
+            )
+        try:
+            result = function(cls, saved)
+            result.report()  # it shows every number
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+            name = f"{error} is missing" if isinstance(error, KeyError) else shown(error)
+            raise ValueError(f"saved is no dictionary that {kind}.to_dict gave: {name}") from error
+        return result
+
+    return classmethod(with_check)
 
 
 def common_from(saved: Mapping[str, Any]) -> tuple[str, str, list[str], Origin | None]:

@@ -14,6 +14,7 @@ _FEWEST = 16
 _SAMPLED = 37
 # A code this near the top of its range no longer follows the light.
 SATURATED = 0.98
+_LARGEST = 1e15
 # Channels are compared on so many blocks of 2 x 2 pixels to a side.
 _COMPARED = 720
 
@@ -68,12 +69,21 @@ def planes_of(source: Any) -> Planes:
     codes = raw[:, :, None] if raw.ndim == 2 else raw
     if np.issubdtype(codes.dtype, np.floating) and codes.dtype.itemsize not in (4, 8):
         codes = codes.astype(np.float32 if codes.dtype.itemsize < 4 else np.float64)
+    _refuse_beyond_single(codes)
     visible = _visible(source, codes)
     channels = 3 if codes.shape[2] >= 3 and not _is_grey(codes) else 1
     if channels == 1 and (levels := _two_levels(codes[:, :, 0])) is not None:
         return Planes((codes[:, :, :1] == levels[1]).view(np.uint8), visible, np.inf, 1)
     is_wide = np.issubdtype(codes.dtype, np.integer) and codes.dtype.itemsize > 2
     return Planes(codes, visible, _top(codes), channels, is_wide and bool(codes.max() <= 255))
+
+
+def _refuse_beyond_single(codes: np.ndarray) -> None:
+    """Raise ValueError for numbers so large that light in 32 bits, and its squares, would overflow."""
+    if codes.dtype == np.float64:
+        largest = max(abs(extreme(codes, where=np.isfinite(codes), initial=0.0)) for extreme in (np.min, np.max))
+        if largest > _LARGEST:
+            raise ValueError(f"the image holds numbers up to {largest:.2g} in size; allowed: up to {_LARGEST:g}")
 
 
 def _kind(source: Any) -> str:

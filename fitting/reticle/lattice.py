@@ -174,7 +174,9 @@ def _answer(
 
 def _unevenness(stretches: np.ndarray, sds: np.ndarray) -> float:
     """By what share pixels are longer one way than across it, beyond what noise makes of it; 0 where noise may."""
-    if not (np.square(stretches / sds).sum() > _APART):
+    with np.errstate(divide="ignore", invalid="ignore"):  # a grid that is drawn by a program has no scatter
+        apart = np.square(stretches / sds).sum()
+    if not apart > _APART:
         return 0.0
     return float(np.sqrt(max(np.square(stretches).sum() - np.square(sds).sum(), 0.0)))
 

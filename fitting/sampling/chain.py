@@ -10,6 +10,7 @@ from fitting.estimate import Fitted
 from fitting.parameters import AbstractResult, Origin, Quantities, common_from, rounded, with_sd
 from fitting.reasons import Reason
 from fitting.sampling.density import NEAR, Posterior, draws, excursions, in_blocks
+from newtonjax.numerics import require_number, shown
 
 # A chain shorter than this many autocorrelation times tells no quantile (emcee's documentation; Sokal 1997).
 _LONG = 50
@@ -43,12 +44,16 @@ class Chain(AbstractResult):
 
     def of(self, name: str) -> np.ndarray:
         """All draws of one number. Raises ValueError for an unknown name."""
-        if name not in self.names:
-            raise ValueError(f"the chain has no {name!r}; it has {', '.join(self.names)}")
+        if not (isinstance(name, str) and name in self.names):
+            raise ValueError(f"the chain has no {shown(name)}; it has {', '.join(self.names)}")
         return self.values[:, :, self.names.index(name)].ravel()
 
     def interval(self, name: str, coverage: float = 0.95) -> tuple[float, float]:
-        """Quantiles with equal tails. Raises ValueError where the chain is too short to tell them."""
+        """Quantiles with equal tails.
+
+        Raises ValueError for an unknown name, a coverage that is none, and a chain too short to tell them.
+        """
+        require_number("coverage", coverage, "a number between 0 and 1", lambda share: (share > 0) & (share < 1))
         if self.message:
             raise ValueError(self.message)
         low, high = np.quantile(self.of(name), [(1 - coverage) / 2, (1 + coverage) / 2])
@@ -144,7 +149,8 @@ def chain_of(
     excursion = float(in_blocks(excursions, target, np.unique(flat, axis=0)).max())
     sample = draws(target, fitted, quantities, flat)
     values = sample.values.reshape(*points.shape[:2], -1)
-    time = np.atleast_1d(emcee.autocorr.integrated_time(values, quiet=True, tol=0))
+    with np.errstate(invalid="ignore"):  # a walker that has never moved has no autocorrelation
+        time = np.atleast_1d(emcee.autocorr.integrated_time(values, quiet=True, tol=0))
     length, slowest = len(values), float(np.max(time))
     message = ""
     if not np.isfinite(slowest) or length < _LONG * slowest:

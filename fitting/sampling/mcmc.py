@@ -17,7 +17,7 @@ from fitting.photograph import FitResult
 from fitting.sampling.chain import Chain, chain_of
 from fitting.sampling.density import Posterior, in_blocks, log_density, posterior
 from fitting.sampling.posterior_function import evidence_of
-from newtonjax.numerics import require_whole, x64
+from newtonjax.numerics import path_of, require_choice, require_whole, x64
 
 # Differential evolution (ter Braak 2006), with a jump between modes in every tenth step: a third of the stretch move's
 # autocorrelation time in six dimensions (measured: 22 steps against 79). Not emcee's snooker move, whose acceptance
@@ -60,12 +60,11 @@ def sample(
 
     """
     fitted, quantities, variance, covariance = evidence_of(result)
-    if sampler not in ("emcee", "nuts"):
-        raise ValueError(f"sampler is {sampler!r}; allowed: 'emcee' or 'nuts'")
+    require_choice("sampler", sampler, ("emcee", "nuts"))
     if sampler == "nuts" and path is not None:
         raise ValueError("path is for sampler='emcee'; leave it out with sampler='nuts'")
-    if steps < 8:
-        raise ValueError(f"steps is {steps}; allowed: at least 8")
+    require_whole("steps", steps, 8)
+    require_whole("walkers", walkers, 1)
     require_whole("seed", seed, 0, 2**32 - 1)
     with x64():
         target = posterior(fitted, quantities, variance, covariance)
@@ -88,7 +87,7 @@ def sample(
 
 def _ensemble(target: Posterior, walkers: int, steps: int, seed: int, path, done) -> emcee.EnsembleSampler:
     """The sampler after its steps, or those that there was time for."""
-    backend = None if path is None else _backend(Path(path), target, walkers)
+    backend = None if path is None else _backend(path_of(path), target, walkers)
     # The sampler moves half of the walkers at a time.
     densities = partial(in_blocks, log_density, target, size=(walkers + 1) // 2)
     ensemble = emcee.EnsembleSampler(

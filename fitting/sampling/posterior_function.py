@@ -1,6 +1,7 @@
 """The log-posterior of a fit as a function, for samplers and optimizers of the user's own."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -8,7 +9,7 @@ from jaxtyping import Float
 from fitting.parameters import Quantities
 from fitting.photograph import FitResult
 from fitting.sampling.density import Posterior, draws, in_blocks, log_density, posterior
-from newtonjax.numerics import x64
+from newtonjax.numerics import require, x64
 
 
 @dataclass(frozen=True)
@@ -34,14 +35,23 @@ class LogPosterior:
 
     def __call__(self, points: Float[np.ndarray, "n dimensions"]) -> Float[np.ndarray, " n"]:
         """Log-density at points, -inf where the likelihood is not accurate (0.4 turns from the fit)."""
+        points = self._checked(points)
         with x64():
-            return np.asarray(in_blocks(log_density, self.target, np.asarray(points, float)))
+            return np.asarray(in_blocks(log_density, self.target, points))
 
     def values(self, points: Float[np.ndarray, "n dimensions"]) -> dict[str, Float[np.ndarray, " n"]]:
         """The numbers at points, by name."""
+        points = self._checked(points)
         with x64():
-            names, columns = draws(self.target, self.fitted, self.quantities, np.asarray(points, float))  # pyright: ignore[reportArgumentType]  # a fit, which only this room may name
+            names, columns = draws(self.target, self.fitted, self.quantities, points)  # pyright: ignore[reportArgumentType]  # a fit, which only this room may name
         return dict(zip(names, columns.T, strict=True))
+
+    def _checked(self, points: Any) -> np.ndarray:
+        allowed = f"an array of real numbers [points, {self.dimensions}], one point or more"
+        require("points", points, allowed, lambda _: True)
+        if np.ndim(points) != 2 or np.shape(points)[1] != self.dimensions or not len(points):
+            raise ValueError(f"points has shape {np.shape(points)}; allowed: {allowed}")
+        return np.asarray(points, float)
 
 
 def log_posterior(result: FitResult) -> LogPosterior:

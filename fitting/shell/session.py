@@ -4,8 +4,6 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fitting.shell import stopping
-
 if TYPE_CHECKING:
     import newtonjax as nj
 
@@ -21,10 +19,7 @@ def prepare() -> None:
     jax.config.update("jax_enable_x64", True)
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
-    named = os.environ.get("JAX_COMPILATION_CACHE_DIR")
-    if named is not None:
-        if named:
-            stopping.watch_cache(Path(named))
+    if "JAX_COMPILATION_CACHE_DIR" in os.environ:
         return
     folder = platformdirs.user_cache_path("newtonjax", appauthor=False) / "jax"
     try:
@@ -33,7 +28,6 @@ def prepare() -> None:
         return
     if os.access(folder, os.W_OK):
         jax.config.update("jax_compilation_cache_dir", str(folder))
-        stopping.watch_cache(folder)
 
 
 def keep_rays() -> None:

@@ -32,7 +32,6 @@ _SHOW_CURSOR = "\x1b[?25h"
 # Steps that must not be broken off, and what is said of files that stay.
 _locks: list[threading.Lock] = []
 _kept: dict[Path, str] = {}
-_caches: set[Path] = set()
 
 
 @contextmanager
@@ -65,14 +64,6 @@ def keep(path: Path, words: str, lock: threading.Lock) -> None:
     """Say of a file, where a signal ends the process, that it stays; no step that holds the lock is broken off."""
     _kept[path] = words
     _locks.append(lock)
-
-
-def watch_cache(folder: Path) -> None:
-    """Have the youngest programs of JAX's cache removed where a signal ends the process.
-
-    JAX writes a program under its final name, takes a half one for a program at every later run, and warns of it.
-    """
-    _caches.add(folder)
 
 
 def _do_nothing(number: int, frame: object) -> None:
@@ -122,8 +113,17 @@ def _finish(number: int) -> None:
 
 
 def _remove_fresh_programs() -> None:
-    for folder in _caches:
-        for path in [*folder.glob("*-cache"), *folder.glob(f"programs/.{os.getpid()}.*.part")]:
-            with suppress(OSError):
-                if path.suffix == ".part" or path.stat().st_mtime > time() - _FRESH:
-                    path.unlink()
+    """Remove the youngest programs of JAX's cache.
+
+    JAX writes a program under its final name, takes a half one for a program at every later run, and warns of it.
+    """
+    # No more than was asked for: JAX may be in the middle of its import.
+    config = getattr(sys.modules.get("jax"), "config", None)
+    name = getattr(config, "jax_compilation_cache_dir", None)
+    if name is None:
+        return
+    folder = Path(name)
+    for path in [*folder.glob("*-cache"), *folder.glob(f"programs/.{os.getpid()}.*.part")]:
+        with suppress(OSError):
+            if path.suffix == ".part" or path.stat().st_mtime > time() - _FRESH:
+                path.unlink()

@@ -15,7 +15,7 @@ from fitting.parameters import (
     target_first,
 )
 from fitting.studies.prospects import FIELD, Bench, Layout, Limits
-from newtonjax.numerics import require, shown
+from newtonjax.numerics import finite, require, require_size, shown
 from newtonjax.scene import Camera, Scene, middle
 
 
@@ -41,7 +41,10 @@ class DesignTask:
         deviations = [relative_or_absolute_sd(self.moved[name], sd) for name, sd in given_sd.items()]
         self.relative = tuple(is_relative for is_relative, _ in deviations)
         self.deviations = tuple(sd for _, sd in deviations)
-        for name, (low, high) in vary.items():
+        for name, ends in vary.items():
+            require(name, ends, "two finite numbers, the low and the high end", finite)
+            require_size(name, ends, 2, "two finite numbers, the low and the high end")
+            low, high = ends
             if not -np.inf < low < high < np.inf:
                 raise ValueError(f"{name} varies from {low} to {high}; allowed: a low and a higher finite number")
         for knob in self.numbers.values():

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from fitting.parameters import AbstractResult, Origin, common_from, read_sd
 from fitting.reasons import Reason
 from fitting.studies.undetermined import in_words
-from newtonjax.numerics import Joined
+from newtonjax.numerics import Joined, shown
 
 # A combination is called undetermined where its information is this small a fraction of what its parts have by
 # themselves.
@@ -50,8 +50,8 @@ class Information(AbstractResult):
 
     def position(self, name: str) -> int:
         """Row of a parameter in the matrix. Raises ValueError for one that is not free."""
-        if name not in self.names:
-            raise ValueError(f"{name!r} is not free; free are {', '.join(self.names)}")
+        if not (isinstance(name, str) and name in self.names):
+            raise ValueError(f"{shown(name)} is not free; free are {', '.join(self.names)}")
         return self.names.index(name)
 
     def with_sd(self, **sd: float | str) -> "Information":
@@ -65,7 +65,7 @@ class Information(AbstractResult):
             is_relative, size = read_sd(stated_sd)
             if not 0 <= size < np.inf:
                 raise ValueError(
-                    f"sd: {name} is {stated_sd!r}; allowed: zero, a positive number in its unit, or a percentage"
+                    f"sd: {name} is {shown(stated_sd)}; allowed: zero, a positive number in its unit, or a percentage"
                 )
             absolute[name] = size * value if is_relative else size
         return replace(self, given_sd={**self.given_sd, **absolute})
@@ -115,7 +115,8 @@ class Information(AbstractResult):
 
         Raises ValueError for a parameter that is not free.
         """
-        return {fixed: self.with_sd(**{fixed: 0.0}).sd(name) for fixed in self.names if fixed != name}
+        remaining = self.names[: self.position(name)] + self.names[self.position(name) + 1 :]
+        return {fixed: self.with_sd(**{fixed: 0.0}).sd(name) for fixed in remaining}
 
     @property
     def undetermined(self) -> tuple[str, ...]:

@@ -20,8 +20,8 @@ from fitting.studies.pixel_sums import slopes_of
 from fitting.studies.refusal import UndeterminedError
 from fitting.studies.sensitivity_result import Neglected, Sensitivity
 from newtonjax.methods import Chebyshev
-from newtonjax.numerics import Joined, is_real, shown
-from newtonjax.scene import Camera, Scene
+from newtonjax.numerics import Joined, is_real, names_in, shown
+from newtonjax.scene import Camera, Scene, require_bench
 
 
 @says_its_bench
@@ -127,8 +127,12 @@ def refitted(
 def derivative_images(
     scene: Scene, camera: Camera, names: Sequence[str]
 ) -> dict[str, Float[np.ndarray, "rows columns"]]:
-    """By name the derivative of the image [photoelectrons per unit of the number]."""
-    numbers = chosen(knobs(scene, camera), tuple(names))
+    """By name the derivative of the image [photoelectrons per unit of the number].
+
+    Raises ValueError for what is no scene, no camera, or no name of one of their numbers.
+    """
+    require_bench(scene, camera)
+    numbers = chosen(knobs(scene, camera), names_in("names", names))
     table, changes = derivatives(scene, camera, list(numbers.values()), fine_nodes(scene, camera).nodes)
     images = slopes_of(table, changes, camera.shape)
     return {name: image / knob.scale for (name, knob), image in zip(numbers.items(), images, strict=True)}

@@ -39,7 +39,7 @@ from fitting.studies.spread_result import Share, Spread
 from newtonjax import __version__
 from newtonjax.benches import scene_text
 from newtonjax.methods import Chebyshev
-from newtonjax.numerics import require_whole, shown
+from newtonjax.numerics import path_of, require_whole, shown
 from newtonjax.scene import Camera, Scene
 
 # Pixels of the images of a batch, about; draws at least; samples of the bootstrap.
@@ -130,7 +130,7 @@ class _Study:
     def __init__(self, arguments: Mapping[str, Any]):
         self.scene, self.camera, self.noise = (arguments[name] for name in ("scene", "camera", "noise"))
         self.draws, self.seed = arguments["draws"], arguments["seed"]
-        self.path = None if arguments["path"] is None else Path(arguments["path"])
+        self.path = None if arguments["path"] is None else path_of(arguments["path"])
         self.knobs: dict[str, Knob] = knobs(self.scene, self.camera)
         require_whole("seed", self.seed, 0, 2**32 - 1)
         self.free = target_first(self.knobs, arguments["target"], arguments["free"])

@@ -14,8 +14,8 @@ from fitting.parameters import Progress, change, curved_surface, progress_of
 from fitting.studies.bench_origin import says_its_bench
 from fitting.studies.tradeoff_result import MethodTiming, Tradeoff
 from newtonjax.fields import closed_fields, intensity, packed, polar
-from newtonjax.numerics import chebyshev, x64
-from newtonjax.scene import gap_of, has_tilted_sphere, node_points
+from newtonjax.numerics import chebyshev, shown, x64
+from newtonjax.scene import gap_of, has_tilted_sphere, node_points, require_bench
 
 # Tolerances that are planned for, and the fixed grid that a user's own transformation gets.
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
@@ -40,6 +40,9 @@ def tradeoff(scene: nj.Scene, camera: nj.Camera, *, splat: bool = False, progres
     Raises ValueError for a scene that cannot be rendered.
 
     """
+    require_bench(scene, camera)
+    if not isinstance(splat, bool):
+        raise ValueError(f"splat is {shown(splat)}; allowed: True or False")
     comparison = _Comparison(scene, camera)
     jobs: list[Callable[[], MethodTiming]] = [comparison.formula]
     plans: dict[int, tuple[nj.Plan, float | None]] = {}

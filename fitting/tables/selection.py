@@ -47,9 +47,9 @@ def mapped_columns(raw: RawTable, columns: Mapping[str, str] | None) -> dict[str
     mapping = {}
     for name, header in dict(columns or {}).items():
         look = _look(header) if isinstance(header, str) else ""
-        match = header if header in raw.cells else by_look.get(look, by_place.get(look))
-        if match is None and not (header == ROW and name == "order"):
-            raise UnreadTableError(f"the table has no column {header!r}; it has {', '.join(raw.cells)}")
+        match = header if look and header in raw.cells else by_look.get(look, by_place.get(look))
+        if match is None and not (look and header == ROW and name == "order"):
+            raise UnreadTableError(f"the table has no column {shown(header)}; it has {', '.join(raw.cells)}")
         mapping[name] = match or ROW
     return mapping
 

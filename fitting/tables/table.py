@@ -94,7 +94,8 @@ def readings(
 
 def _that_works(raw: RawTable, columns: Mapping[str, str] | None, vernier: float | None, error: UnreadTableError):
     """Names of columns with which the table is read; None where none are found."""
-    header_of = {name: header for name, header in dict(columns or {}).items() if header in raw.cells}
+    texts = {name: header for name, header in dict(columns or {}).items() if isinstance(header, str)}
+    header_of = {name: header for name, header in texts.items() if header in raw.cells}
     stated = dict(error.suggestion or {})
     beside = {name: header for name, header in header_of.items() if header not in stated.values()}
     for guess in (beside | stated, suggestion(raw, header_of), suggestion(raw, {})):

@@ -1,6 +1,5 @@
 """Scenes and cameras in TOML files: SI floats, every field checked, nothing rounded."""
 
-import os
 import re
 import tomllib
 from dataclasses import MISSING, fields
@@ -14,7 +13,7 @@ import tomli_w
 from newtonjax.benches import lens_on_plate
 from newtonjax.benches.arguments import BENCHES, Argument, arguments_of, refuse_old_names
 from newtonjax.benches.figure_tables import FIGURE, figure_of, table_of
-from newtonjax.numerics import Scalar, Vector2, Vector3, require_concrete, shown
+from newtonjax.numerics import Scalar, Vector2, Vector3, path_of, require_concrete, shown
 from newtonjax.scene import (
     AbstractFigure,
     Camera,
@@ -126,7 +125,7 @@ def load_scene(path: str | Path) -> tuple[Scene, Camera | None]:
 
     Raises FileNotFoundError, and ValueError with the file, the field, the value and what is allowed.
     """
-    path = _path(path)
+    path = path_of(path)
     if not path.is_file():
         raise FileNotFoundError(f"{path} is not a file; give the path of a scene in TOML (see docs/scene.toml)")
     try:
@@ -230,14 +229,8 @@ def save_scene(path: str | Path, scene: Scene, camera: Camera | None = None, *, 
         if not isinstance(value, kind):
             raise ValueError(f"{name} is {shown(value)}; allowed: a {name.capitalize()}")
     text = scene_text(scene, camera)
-    with _path(path).open("w" if force else "x", encoding="utf-8") as file:
+    with path_of(path).open("w" if force else "x", encoding="utf-8") as file:
         file.write(text)
-
-
-def _path(path) -> Path:
-    if not isinstance(path, str | os.PathLike) or "\0" in str(path):
-        raise ValueError(f"path is {shown(path)}; allowed: the path of a file")
-    return Path(path)
 
 
 def scene_text(scene: Scene, camera: Camera | None = None) -> str:

@@ -31,11 +31,13 @@ from newtonjax.numerics.quantities import is_real as is_real
 from newtonjax.numerics.quantities import module_of as module_of
 from newtonjax.numerics.quantities import names_in as names_in
 from newtonjax.numerics.quantities import namespace as namespace
+from newtonjax.numerics.quantities import path_of as path_of
 from newtonjax.numerics.quantities import positive as positive
 from newtonjax.numerics.quantities import require as require
 from newtonjax.numerics.quantities import require_choice as require_choice
 from newtonjax.numerics.quantities import require_mapping as require_mapping
 from newtonjax.numerics.quantities import require_number as require_number
+from newtonjax.numerics.quantities import require_one as require_one
 from newtonjax.numerics.quantities import require_pair as require_pair
 from newtonjax.numerics.quantities import require_size as require_size
 from newtonjax.numerics.quantities import require_tolerance as require_tolerance

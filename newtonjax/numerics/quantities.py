@@ -1,7 +1,9 @@
 """What a number may be: a Python float, a NumPy or JAX array, or a traced value."""
 
+import os
 import sys
 from collections.abc import Mapping, Set
+from pathlib import Path
 from typing import Any
 
 import jax
@@ -64,8 +66,18 @@ def is_real(value) -> bool:
         return False
     kind = getattr(value, "dtype", None)
     if kind is not None:
-        return any(bool(jnp.issubdtype(kind, family)) for family in (np.bool_, np.integer, np.floating))
+        # NumPy counts intervals of time among the integers.
+        is_time = getattr(kind, "kind", "") == "m"
+        families = (np.bool_, np.integer, np.floating)
+        return not is_time and any(bool(jnp.issubdtype(kind, family)) for family in families)
     return isinstance(value, float) or (isinstance(value, int) and abs(value) <= _LARGEST)
+
+
+def _is_traced(value) -> bool:
+    """Whether a number, or one within lists, is traced or carries tangents; whatever else was given is not."""
+    if isinstance(value, tuple | list):
+        return any(map(_is_traced, value))
+    return isinstance(value, Tracer | Jet)
 
 
 def as_vector(values) -> Any:
@@ -75,7 +87,7 @@ def as_vector(values) -> Any:
     if isinstance(values, jax.Array):
         is_known = is_concrete(values) and is_real(values)  # a complex one is left to the checks of its owner
         return np.asarray(values, dtype=np.float64) if is_known else values
-    if is_concrete(values):
+    if not _is_traced(values):
         return np.asarray(values, dtype=np.float64) if _numeric(values) else values
     return jnp.stack([jnp.asarray(value, dtype=float) for value in values])
 
@@ -105,7 +117,7 @@ def as_complex(value: Float[Any, "..."]) -> Complex[Any, "..."]:
 
 def require(name: str, value, allowed: str, test) -> None:
     """Raise ValueError when a concrete value fails its test, or is no real number; a traced one passes."""
-    if not is_concrete(value):
+    if _is_traced(value):
         return
     concrete = _real_array(value)
     if concrete is None or not np.all(test(concrete)):
@@ -117,6 +129,13 @@ def require_number(name: str, value, allowed: str, test) -> None:
     if not is_real(value):
         raise ValueError(f"{name} is {shown(value)}; allowed: {allowed}")
     require(name, value, allowed, test)
+
+
+def require_one(name: str, value, allowed: str, test) -> None:
+    """`require` of one number: an array of several is refused, traced ones too; `jax.vmap` makes several of one."""
+    if is_real(value) and np.ndim(value):
+        raise ValueError(f"{name} is {shown(value)}; allowed: {allowed}, one number; jax.vmap over several")
+    require_number(name, value, allowed, test)
 
 
 def require_size(name: str, value, size: int, allowed: str) -> None:
@@ -168,6 +187,13 @@ def require_mapping(name: str, value) -> None:
     """Raise ValueError for what is no mapping from names; None passes."""
     if value is not None and not (isinstance(value, Mapping) and all(isinstance(key, str) for key in value)):
         raise ValueError(f"{name} is {shown(value)}; allowed: a mapping from names")
+
+
+def path_of(path) -> Path:
+    """The path of a file. Raises ValueError for what is none."""
+    if not isinstance(path, str | os.PathLike) or "\0" in str(path):
+        raise ValueError(f"path is {shown(path)}; allowed: the path of a file")
+    return Path(path)
 
 
 def names_in(name: str, value) -> tuple[str, ...]:

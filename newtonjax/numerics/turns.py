@@ -6,6 +6,8 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpy.polynomial import chebyshev
 
+from newtonjax.numerics.quantities import is_real, require
+
 # Degree in the square of the reduced phase: the truncation error lies below the rounding of the type
 # (measured: 1.2e-14 for float64, 2.6e-7 for float32).
 _DEGREE = {"float64": 9, "float32": 6}
@@ -45,6 +47,10 @@ def _horner(coefficients: np.ndarray, v: Array) -> Array:
 
 
 def _as_float(phase) -> Array:
+    if not is_real(phase):
+        require("phase", phase, "a real number or an array of them, in turns", lambda _: True)
+    if isinstance(phase, np.ndarray):  # JAX has the machine's order of bytes alone
+        phase = phase.astype(phase.dtype.newbyteorder("="), copy=False)
     phase = jnp.asarray(phase)
     return phase if jnp.issubdtype(phase.dtype, jnp.floating) else phase.astype(float)
 

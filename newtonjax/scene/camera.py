@@ -17,13 +17,14 @@ from newtonjax.numerics import (
     finite,
     image_memory,
     is_concrete,
+    is_real,
     module_of,
     namespace,
     nodes,
     positive,
     refuse_after_fork,
     require,
-    require_number,
+    require_one,
     require_size,
     shown,
 )
@@ -31,6 +32,8 @@ from newtonjax.scene.response import Response
 
 # Bytes a pixel while noise is drawn, measured.
 _EXPOSING = 110
+# Photoelectrons that a pixel counts at most: far beyond any full well, and within 32 bits.
+_MOST = 1e9
 
 
 def _whole(shape) -> tuple[int, int]:
@@ -75,15 +78,13 @@ class Camera(eqx.Module):
             raise ValueError(f"response is {shown(self.response)}; allowed: a Response such as cie_1931(), or None")
         if min(self.shape) < 1:
             raise ValueError(f"shape is {self.shape}; allowed: (rows, columns), both at least 1")
-        require_number("pixel_size", self.pixel_size, "a positive length in metres", positive)
+        require_one("pixel_size", self.pixel_size, "a positive length in metres", positive)
         if self.centre_px is not None:
             require("centre_px", self.centre_px, "two finite numbers, (x, y) in pixels", finite)
             require_size("centre_px", self.centre_px, 2, "two finite numbers, (x, y) in pixels")
-        require_number("exposure", self.exposure, "a positive number of photoelectrons", positive)
-        require_number("full_well", self.full_well, "a positive number of photoelectrons", positive)
-        require_number(
-            "read_noise", self.read_noise, "0 or more photoelectrons", lambda v: finite(v) and np.all(v >= 0)
-        )
+        require_one("exposure", self.exposure, "a positive number of photoelectrons", positive)
+        require_one("full_well", self.full_well, "a positive number of photoelectrons", positive)
+        require_one("read_noise", self.read_noise, "0 or more photoelectrons", lambda v: finite(v) and np.all(v >= 0))
 
     def axes(self) -> tuple[Float[Any, " columns"], Float[Any, " rows"]]:
         """Screen coordinates x of the columns and y of the rows [m]; NumPy where the camera's numbers are known."""
@@ -106,20 +107,33 @@ class Camera(eqx.Module):
         """A photograph of an image: shot noise (Poisson), read noise (normal), saturation, and linear codes.
 
         Returns uint8 for 8 bits, else uint16; code = round(electrons / full_well (2^bits - 1)), clipped. Raises
-        ValueError for an image of another shape, and where the noise takes more memory than there is.
+        ValueError for an image of another shape or with what is not finite, for what is no key, and where the noise
+        takes more memory than there is.
         """
+        if not is_real(image):
+            raise ValueError(f"image is {shown(image)}; allowed: an array of finite irradiances")
         if np.shape(image) != self.image_shape:
             raise ValueError(f"the image has shape {np.shape(image)}; allowed: the camera's, {self.image_shape}")
+        _check_key(key)
         if is_concrete(image, key):
             refuse_after_fork()
             image_memory(self.shape, _EXPOSING)
+            require("image", image, "an array of finite irradiances", finite)
         shot, read = jax.random.split(key)
-        mean = jnp.clip(jnp.asarray(image) * self.exposure, 0.0)
+        mean = jnp.clip(jnp.asarray(image, dtype=float) * self.exposure, 0.0, _MOST)
         arrived = jax.random.poisson(shot, mean).astype(mean.dtype)
         electrons = arrived + self.read_noise * jax.random.normal(read, mean.shape)
         top = 2**self.bits - 1
         code = jnp.clip(jnp.round(electrons / self.full_well * top), 0, top)
         return code.astype(jnp.uint8 if self.bits == 8 else jnp.uint16)
+
+
+def _check_key(key) -> None:
+    """Raise ValueError for what is neither one key of `jax.random` nor the two numbers of an old one."""
+    shape = getattr(key, "shape", None)
+    is_new = isinstance(key, jax.Array) and jnp.issubdtype(key.dtype, jax.dtypes.prng_key) and shape == ()
+    if not (is_new or (getattr(key, "dtype", None) == np.uint32 and shape == (2,))):
+        raise ValueError(f"key is {shown(key)}; allowed: a key such as jax.random.key(0)")
 
 
 # Functions, not methods: equinox makes a module of a method each time that it is named, in 20 microseconds.

@@ -77,14 +77,14 @@ def normal_equations(
     if not callable(bench):
         raise ValueError(f"bench is {shown(bench)}; allowed: a function that makes a scene of the parameters")
     require("parameters", parameters, "a vector of finite numbers", finite)
-    if jnp.ndim(parameters) != 1 or not jnp.size(parameters):
+    if np.ndim(parameters) != 1 or not np.size(parameters):
         raise ValueError(f"parameters is {shown(parameters)}; allowed: a vector, not empty")
     if not is_concrete(parameters, data):
         refuse_after_fork()  # the user's own program runs in this process
         require_x64("normal_equations")
         return _equations(bench, parameters, camera, data, weights, method)
     with x64():
-        values = jnp.asarray(parameters, dtype=float)
+        values = jnp.asarray(np.asarray(parameters, dtype=float))
         scene, seen_by = _pair(bench, values, camera)
         image_memory(seen_by.shape, _BYTES)
         _check_tables(seen_by.shape, data, weights)

@@ -104,7 +104,7 @@ def _check_reduce(reduce: Callable[[Array], Any], shape: tuple[int, int]) -> Non
 def _numbers(name: str, value) -> np.ndarray:
     try:
         numbers = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(
             f"values: {name} is {shown(value)}; allowed: numbers (give the bench what is none by functools.partial)"
         ) from None

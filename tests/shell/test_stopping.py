@@ -110,8 +110,8 @@ def test_a_program_that_may_be_half_written_does_not_stay_in_the_cache(tmp_path)
     for path in (fresh, old):
         path.write_bytes(b"half of it")
     os.utime(old, (0, 0))
-    program = f"from fitting.shell import stopping; stopping.watch_cache(Path({str(tmp_path)!r}))"
-    process = started("-c", f"from pathlib import Path; {program}\n{WRITER}", tmp_path / "results")
+    program = f"import jax; jax.config.update('jax_compilation_cache_dir', {str(tmp_path)!r})"
+    process = started("-c", f"{program}\n{WRITER}", tmp_path / "results")
     assert process.stdout.readline() == "ready\n"
     fresh.touch()
     process.send_signal(signal.SIGTERM)
