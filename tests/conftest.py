@@ -63,7 +63,7 @@ def pytest_configure(config):
 LONGEST = (
     *("mcmc", "implicit", "sharding", "awkward", "spread", "gradients", "splatting", "derivatives", "design", "pages"),
     *("methods", "fit", "reticle", "single", "few_fringes", "render_verb", "tradeoff", "html", "packed", "imaging"),
-    *("photographs", "architecture", "program_count"),
+    *("batch_verb", "photographs", "architecture", "program_count"),
 )
 
 

@@ -16,6 +16,8 @@ try:
 except ImportError:  # Windows: two batches on one file are not noticed there
     fcntl = None
 
+# Windows would end lines by two characters.
+_BINARY = getattr(os, "O_BINARY", 0)
 # Only Linux has a sync that leaves the times of the file alone.
 _sync = getattr(os, "fdatasync", os.fsync)
 
@@ -45,7 +47,7 @@ class Ledger:
         # Whoever ends the process at a signal holds it, so that no line is broken off.
         self.writing = threading.Lock()
         is_new = not self.path.exists()
-        self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o644)
+        self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_APPEND | _BINARY, 0o644)
         try:
             self._take()
             # The number of pages of the file, by the keys of the photographs that have a row.

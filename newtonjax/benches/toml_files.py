@@ -4,7 +4,7 @@ import re
 import tomllib
 from dataclasses import MISSING, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 import numpy as np
@@ -19,11 +19,13 @@ from newtonjax.scene import (
     Camera,
     CollectingLens,
     Light,
+    Response,
     Scene,
     Shield,
     Spectrum,
     Surface,
     Terms,
+    cie_1931,
     lamp,
     word_of,
 )
@@ -61,6 +63,7 @@ _IN_TOML = {
     Vector2 | None: Two | None,
     Vector3: Three,
     Spectrum | None: str | _SPECTRUM | None,
+    Response | None: Literal["cie_1931"] | None,
     Terms | None: Numbers | None,
     AbstractFigure | None: FIGURE | None,
 }
@@ -141,6 +144,8 @@ def scene_from_text(text: str) -> tuple[Scene, Camera | None]:
     Raises ValueError with the field, the value and what is allowed.
     """
     table = _convert(tomllib.loads(text))
+    if table.camera is not None and table.camera.response is not None:
+        table.camera.response = cie_1931()
     return _scene(table), _made("camera", table.camera)
 
 
@@ -260,6 +265,10 @@ def _plain(value: Any) -> Any:
     """A number or a vector as Python's own."""
     if value is None or isinstance(value, int | tuple):
         return value
+    if isinstance(value, Response):
+        if not (value.white == 1 and np.array_equal(value.curves, cie_1931().curves)):
+            raise ValueError("camera.response of other curves; allowed in a file: cie_1931(), or None")
+        return "cie_1931"
     if isinstance(value, Spectrum):
         return _SPECTRUM(**{name: _plain(getattr(value, name)) for name in _SPECTRUM.__struct_fields__})
     if isinstance(value, AbstractFigure):

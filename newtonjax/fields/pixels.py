@@ -112,7 +112,7 @@ def image_in_channels(
     coefficients: Float[np.ndarray | Array, "fields count count"],
     shape: tuple[int, int],
     levels: Float[Any, " channels"],
-    wave: Waveform,
+    waves: tuple[Waveform, ...],
     over_carrier: bool,
     rows: tuple[int, int],
     has_axis: bool,
@@ -128,24 +128,28 @@ def image_in_channels(
     with x64():
         way = _way(shape[1], padded.shape[-1], "float64")
         along_y = chebyshev.basis(shape[0], padded.shape[-1])[:, first : first + count]
-        return _of_waveform(padded, along_y, way, levels, wave, shape[1], over_carrier, has_axis)
+        return _of_waveform(padded, along_y, way, levels, waves, shape[1], over_carrier, has_axis)
 
 
 @partial(jax.jit, static_argnames=("columns", "over_carrier", "has_axis"), compiler_options=WIDE)
-def _of_waveform(coefficients, along_y, way: AbstractRow, levels, wave: Waveform, columns, over_carrier, has_axis):
-    pixels = combined(way.fields(way.terms(coefficients, along_y)), levels, wave, over_carrier)
+def _of_waveform(coefficients, along_y, way: AbstractRow, levels, waves, columns, over_carrier, has_axis):
+    pixels = combined(way.fields(way.terms(coefficients, along_y)), levels, waves, over_carrier)
     pixels = pixels.reshape(len(pixels), -1, len(levels))[:, :columns]
     return pixels if has_axis else pixels[..., 0]
 
 
-def combined(fields: list[Array], levels, wave: Waveform, over_carrier: bool) -> Array:
-    """Pixels of channels from fields at these pixels: background, real and imaginary parts of envelopes, turns."""
+def combined(fields: list[Array], levels, waves: tuple[Waveform, ...], over_carrier: bool) -> Array:
+    """Pixels of channels from fields at these pixels: background, real and imaginary parts of envelopes, turns.
+
+    All pairs of the first waveform come first, then all of the second.
+    """
     pairs = (len(fields) - 1) // 3
     real, imaginary, turns = (fields[1 + k * pairs : 1 + (k + 1) * pairs] for k in range(3))
     pixels = fields[0][..., None] * levels
     # A table of Γ's real parts comes with real envelopes.
-    only_real = wave.cubics.shape[-1] == len(levels)
-    for along, aside, at in zip(real, imaginary, turns, strict=True):
+    only_real = waves[0].cubics.shape[-1] == len(levels)
+    for number, (along, aside, at) in enumerate(zip(real, imaginary, turns, strict=True)):
+        wave = waves[number * len(waves) // pairs]
         pixels = pixels + fringes_by_table(along, None if only_real else aside, at, len(levels), wave, over_carrier)
     return pixels
 

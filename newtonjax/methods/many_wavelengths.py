@@ -18,16 +18,18 @@ from newtonjax.fields import (
     combined,
     fringes_by_table,
     image_in_channels,
+    pixel_factors,
     table_for,
     waveform,
 )
 from newtonjax.methods.pictures import AbstractPicture, one_by_one, starts
-from newtonjax.numerics import chebyshev, cos_turns, is_concrete, module_of, x64
+from newtonjax.numerics import chebyshev, cos_turns, is_concrete, module_of, namespace, x64
 from newtonjax.scene import (
     Camera,
     Channels,
     Gap,
     Light,
+    Lines,
     Scene,
     Surface,
     channels_of,
@@ -40,6 +42,8 @@ _POINTS = 33
 # Of traced numbers the range is not known: a table of so many panels, which errs by less than 1e-4 up to 200 orders.
 # Up to so many lines need none.
 _TRACED, _FEW = Table(64, over_carrier=False, error=1e-4), 8
+# At how many wavenumbers the factors of pixels are computed, by the range of wavenumbers over the mean one.
+_WAVES = ((2e-3, 1), (0.05, 2), (0.3, 4), (np.inf, 7))
 # Imaginary parts of envelopes, over the largest envelope, that are rounding.
 _REAL = 1e-12
 
@@ -47,16 +51,16 @@ _REAL = 1e-12
 class Spectral(NamedTuple):
     """Tables of a light and a camera.
 
-    - `wave`: Γ of each channel; `levels`: what the channels take of all light.
+    - `waves`: Γ of each channel, in parts that have an envelope each; `levels`: what the channels take of all light.
     """
 
-    wave: Waveform
+    waves: tuple[Waveform, ...]
     levels: Float[Any, " channels"]
 
 
 def has_channels(light: Light, camera: Camera) -> bool:
-    """Whether an image is more than that of one sharp line to a camera that takes all wavelengths alike."""
-    return light.spectrum is not None or camera.response is not None
+    """Whether an image is more than that of one sharp line at points, to a camera that takes all wavelengths alike."""
+    return light.spectrum is not None or camera.response is not None or camera.takes_means
 
 
 def one_line(scene: Scene) -> Scene:
@@ -71,14 +75,22 @@ def table_of(channels: Channels, low, high, tolerance: float) -> Table:
     return table_for(channels.lines, float(high - low), tolerance)
 
 
-def spectral(channels: Channels, low, high, table: Table, *, only_real: bool) -> Spectral:
-    """The tables of channels between two path differences [turns]."""
-    wave = waveform(channels.lines, channels.powers, low, high, table, only_real=only_real)
-    return Spectral(wave, channels.powers.sum(axis=1))
+def spectral(channels: Channels, low, high, table: Table, *, only_real: bool, parts=None) -> Spectral:
+    """The tables of channels between two path differences [turns].
+
+    - `parts`: shares of each line in the parts that have an envelope each, [parts, lines]; None for one.
+    """
+    powers = [channels.powers] if parts is None else [channels.powers * shares for shares in parts]
+    waves = tuple(waveform(channels.lines, part, low, high, table, only_real=only_real) for part in powers)
+    return Spectral(waves, channels.powers.sum(axis=1))
 
 
 def equal_thickness(scene: Scene, camera: Camera, tolerance: float) -> Float[Array, "rows columns *channels"]:
-    """Fringes of equal thickness, errors of the table within a tolerance of their amplitude."""
+    """Fringes of equal thickness, errors of the table within a tolerance of their amplitude.
+
+    Raises ValueError for a camera of pixels that are means.
+    """
+    require_points(camera, "ClosedForm()")
     x, y = camera.axes()
     gap, channels = gap_between(scene), channels_of(scene.light, camera.response)
     wavenumber, amplitudes = 1 / scene.wavelength, closed_amplitudes(scene)
@@ -116,7 +128,9 @@ def _pixels(gap: Gap, wavenumber, background, mutual, tables: Spectral, x, y, ov
         shape = jnp.broadcast_shapes(x.shape, y.shape)
         turns = jnp.broadcast_to(turns, shape)
         channels = len(tables.levels)
-        return background * tables.levels + fringes_by_table(mutual, None, turns, channels, tables.wave, over_carrier)
+        return background * tables.levels + fringes_by_table(
+            mutual, None, turns, channels, tables.waves[0], over_carrier
+        )
 
     return jax.lax.cond(gap.is_shallow(x, y), lambda: image(Surface.shallow_sag), lambda: image(Surface.sag))
 
@@ -139,15 +153,48 @@ def by_channels(
     return jnp.stack([level * image(replace(scene, light=light), grey) for light, level in lights], axis=-1)
 
 
-def at_nodes(beats: Beats) -> Float[Any, "fields n"]:
+def require_points(camera: Camera, method: str) -> None:
+    """Raise ValueError for a camera of pixels that are means."""
+    if camera.takes_means:
+        raise ValueError(
+            f"{method} takes the light at pixels' centres: leave out aperture and blur, or use Chebyshev()"
+        )
+
+
+def wave_parts(lines: Lines, camera: Camera) -> tuple[Float[Any, " parts"], Float[Any, "parts lines"]]:
+    """Wavenumbers over the mean one at which the factors of pixels are computed, and what each line takes of which.
+
+    Between these wavenumbers the factors are interpolated by polynomials: one for a line or lines within 2e-3.
+    """
+    xp = namespace(lines)
+    ratios, low, high = lines.ratios, lines.ratios.min(), lines.ratios.max()
+    reach = float(high - low) if is_concrete(lines) else 1.0
+    count = next(number for limit, number in _WAVES if reach <= limit) if camera.takes_means else 1
+    if len(ratios) == 1 or count == 1:
+        return xp.stack([(low + high) / 2]), xp.ones((1, len(ratios)))
+    at = (low + high) / 2 + chebyshev.nodes(count) * xp.maximum(high - low, 1e-9) / 2
+    shares = []
+    for k in range(count):
+        factors = [(ratios - at[n]) / (at[k] - at[n]) for n in range(count) if n != k]
+        shares.append(xp.stack(factors).prod(axis=0))
+    return at, xp.stack(shares)
+
+
+def at_nodes(beats: Beats, camera: Camera, ratios: Float[Any, " parts"]) -> Float[Any, "fields n"]:
     """Fields at nodes, smooth whatever the spectrum: background, parts of the envelopes, turns.
+
+    - `ratios`: wavenumbers at which envelopes have factors of their own, see `wave_parts`.
 
     Imaginary parts that are known to be rounding are 0.
     """
-    xp = module_of(beats.turns)
-    if xp is np and abs(beats.envelope.imag).max(initial=0.0) <= _REAL * abs(beats.envelope).max(initial=0.0):
-        beats = beats._replace(envelope=beats.envelope.real + 0j)
-    return xp.concatenate([beats.background[None], beats.envelope.real, beats.envelope.imag, beats.turns])
+    xp, envelope = module_of(beats.turns), beats.envelope
+    if camera.takes_means:
+        factors = pixel_factors(beats.turns, camera, ratios)
+        envelope = (envelope * factors).reshape(-1, envelope.shape[-1])
+    if xp is np and abs(envelope.imag).max(initial=0.0) <= _REAL * abs(envelope).max(initial=0.0):
+        envelope = envelope.real + 0j
+    turns = xp.tile(beats.turns, (len(envelope) // len(beats.turns), 1))
+    return xp.concatenate([beats.background[None], envelope.real, envelope.imag, turns])
 
 
 def turn_range(coefficients: Float[Any, "fields count count"]) -> tuple[Any, Any]:
@@ -160,8 +207,9 @@ def turn_range(coefficients: Float[Any, "fields count count"]) -> tuple[Any, Any
 def on_nodes(coefficients: Float[Array, "fields count count"], scene: Scene, camera: Camera):
     """The image of traced coefficients, as `at_nodes` orders fields."""
     channels = channels_of(scene.light, camera.response)
-    tables = spectral(channels, *turn_range(coefficients), _TRACED, only_real=False)
-    image = combined(chebyshev.expand(coefficients, camera.shape), tables.levels, tables.wave, over_carrier=False)
+    _, parts = wave_parts(channels.lines, camera)
+    tables = spectral(channels, *turn_range(coefficients), _TRACED, only_real=False, parts=parts)
+    image = combined(chebyshev.expand(coefficients, camera.shape), tables.levels, tables.waves, over_carrier=False)
     return image if camera.response is not None else image[..., 0]
 
 
@@ -185,9 +233,9 @@ class InChannels(AbstractPicture):
         return self._rows(0, self.shape[0])
 
     def _rows(self, first: int, count: int) -> Array:
-        levels, wave = self.tables.levels, self.tables.wave
+        levels, waves = self.tables.levels, self.tables.waves
         of_rows = image_in_channels(
-            self.coefficients, self.shape, levels, wave, self.over_carrier, (first, count), self.has_response
+            self.coefficients, self.shape, levels, waves, self.over_carrier, (first, count), self.has_response
         )
         with x64():
             return of_rows.astype(self.result)

@@ -41,6 +41,7 @@ from newtonjax.methods.many_wavelengths import (
     spectral,
     table_of,
     turn_range,
+    wave_parts,
 )
 from newtonjax.methods.pictures import OnNodes
 from newtonjax.numerics import chebyshev, is_concrete, shown
@@ -129,7 +130,8 @@ class Chebyshev(AbstractMethod):
         if has_channels(scene.light, camera):
             beams = arrivals_at(one_line(scene), node_points(camera, self.nodes))
             of_nodes = beats(beams, np.array(pairs(scene)).reshape(-1, 2), source_of(one_line(scene).light))
-            return on_nodes(chebyshev.coefficients(at_nodes(of_nodes)), scene, camera)
+            ratios, _ = wave_parts(channels_of(scene.light, camera.response).lines, camera)
+            return on_nodes(chebyshev.coefficients(at_nodes(of_nodes, camera, ratios)), scene, camera)
         of_fields = synthesize_single if self.dtype == "float32" else synthesize
         return of_fields(self.coefficients(self.fields(scene, camera)), camera.shape)
 
@@ -141,16 +143,27 @@ class Chebyshev(AbstractMethod):
             raise unreached(self)
         return self.picture_of(self.coefficients(fields), camera)
 
-    def _in_channels(self, scene: Scene, camera: Camera) -> InChannels:
+    def node_coefficients(self, scene: Scene, camera: Camera) -> Float[np.ndarray, "fields nodes nodes"]:
+        """Of a known scene in many wavelengths: background, parts of the envelopes, turns.
+
+        Raises ValueError where a beam does not reach the whole image.
+        """
         bench = packed.pack(one_line(scene))
         of_nodes = beats(packed.node_arrivals(bench, camera, self.nodes), bench.pairs, bench.source)
         if not of_nodes.arrives.all():
             raise unreached(self)
-        coefficients = chebyshev.coefficients(at_nodes(of_nodes))
+        ratios, _ = wave_parts(channels_of(scene.light, camera.response).lines, camera)
+        return chebyshev.coefficients(at_nodes(of_nodes, camera, ratios))
+
+    def _in_channels(self, scene: Scene, camera: Camera) -> InChannels:
+        coefficients, pairs = self.node_coefficients(scene, camera), len(scene.beams) * (len(scene.beams) - 1) // 2
         channels, (low, high) = channels_of(scene.light, camera.response), turn_range(coefficients)
+        ratios, parts = wave_parts(channels.lines, camera)
         table = table_of(channels, low, high, self.table_error)
-        is_real = not coefficients[1 + len(bench.pairs) : 1 + 2 * len(bench.pairs)].any()
-        tables = spectral(channels, low, high, table, only_real=is_real and not table.over_carrier)
+        many = len(ratios) * pairs
+        is_real = not coefficients[1 + many : 1 + 2 * many].any()
+        only_real = is_real and not table.over_carrier
+        tables = spectral(channels, low, high, table, only_real=only_real, parts=parts)
         result = "float32" if is_single() else "float64"
         has_response = camera.response is not None
         return InChannels(coefficients, camera.shape, tables, table.over_carrier, has_response, result)

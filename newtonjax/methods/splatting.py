@@ -10,6 +10,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from newtonjax.fields import ErrorEstimate, Packed, arrivals, pack, pairs
 from newtonjax.methods.base import AbstractMethod, CannotHonourError
+from newtonjax.methods.many_wavelengths import require_points
 from newtonjax.methods.meeting import Rule, SourceGrid, add_block, no_sums
 from newtonjax.methods.meeting_error import largest_error
 from newtonjax.methods.traced import by_blocks
@@ -116,6 +117,7 @@ class Splat(AbstractMethod):
             raise CannotHonourError("Splat", "a scene of one beam", "it shows pairs of rays", "Traced()")
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns"]:
+        require_points(camera, "Splat()")
         if camera.response is not None:
             raise ValueError("Splat with camera.response: its images have one channel; use Traced() or leave it out")
         splatted = splat(scene, camera, self)

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float, Shaped
 
 from newtonjax.fields import ErrorEstimate, fields_at, intensity, opd_at, packed, path_difference
 from newtonjax.methods.base import AbstractMethod, require_two_beams
-from newtonjax.methods.many_wavelengths import by_channels
+from newtonjax.methods.many_wavelengths import by_channels, require_points
 from newtonjax.numerics import is_concrete, require_concrete, require_whole, x64
 from newtonjax.rays import Arrival
 from newtonjax.scene import Camera, Scene
@@ -56,6 +56,7 @@ class Traced(AbstractMethod):
         return ErrorEstimate(np.inf, np.inf) if beams.lost.any() else ErrorEstimate(rounding, 2 * np.pi * rounding)
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns *channels"]:
+        require_points(camera, "Traced()")
         if camera.response is not None:
             return by_channels(self.image, scene, camera)
         if is_concrete(scene, camera):

@@ -8,6 +8,7 @@ from jaxtyping import Float
 from newtonjax.fields import (
     Fields,
     Packed,
+    bending_error,
     error_of,
     node_arrivals,
     node_fields,
@@ -26,7 +27,7 @@ from newtonjax.methods import (
     is_single,
     one_line,
 )
-from newtonjax.numerics import require_concrete, require_tolerance
+from newtonjax.numerics import chebyshev, require_concrete, require_tolerance
 from newtonjax.planning.reasons import PlanReason
 from newtonjax.scene import Camera, Scene, channels_of, require_bench
 
@@ -115,8 +116,10 @@ def _in_channels(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, 
     """The plan of the mean line, whose phase errors are larger in shorter waves; and a table that errs by less."""
     stretch = float(np.max(channels_of(scene.light, None).lines.ratios))
     table_error = _OF_TABLES * tolerance
-    grey, line = replace(camera, response=None), one_line(scene)
-    chosen, _ = planned(line, grey, (tolerance - table_error) / stretch)
+    points, line = replace(camera, response=None, aperture=None, blur=None), one_line(scene)
+    chosen, _ = planned(line, points, (tolerance - table_error) / stretch)
+    if camera.takes_means:
+        chosen = _resolving_means(chosen, scene, camera, (tolerance - table_error) / stretch)
     method = chosen.method
     if isinstance(method, Chebyshev | ClosedForm):
         method = replace(method, table_error=table_error)
@@ -128,6 +131,32 @@ def _in_channels(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, 
         intensity_error=chosen.intensity_error * stretch + table_error,
     )
     return _with_picture(chosen, camera)
+
+
+def _resolving_means(chosen: Plan, scene: Scene, camera: Camera, tolerance: float) -> Plan:
+    """The plan with nodes that resolve what pixels leave of the fringes, too.
+
+    Raises ValueError where a beam does not reach the whole image, or no grid is fine enough.
+    """
+    scene = replace(chosen.scene, light=scene.light)
+    fields = Chebyshev(_FINEST).node_coefficients(scene, camera)
+    shells = chebyshev.shells(fields)
+    parts = (len(fields) - 1) // 3
+    size = shells[1 : 1 + 2 * parts].sum()
+    bent = bending_error(fields[1 + 2 * parts :], camera)
+    least = chosen.method.nodes if isinstance(chosen.method, Chebyshev) else _LADDER[0]
+    for count in (nodes for nodes in _LADDER if nodes >= least):
+        beyond = 2 * shells[:, count:].sum(axis=1)
+        error = beyond[: 1 + 2 * parts].sum() + 2 * np.pi * size * beyond[1 + 2 * parts :].max()
+        error = float(error / (abs(fields[0, 0, 0]) + size)) + bent
+        if error <= tolerance:
+            reason = PlanReason.NODES_RESOLVE(count=count)
+            error = max(error, chosen.intensity_error)
+            return replace(chosen, method=Chebyshev(count), intensity_error=error, reason=reason)
+    raise ValueError(
+        f"aperture and blur over fringes that change within a pixel by more than {tolerance:.2g}, or that no grid of "
+        "nodes resolves; allowed: a larger tolerance, finer pixels or a smaller image"
+    )
 
 
 def _with_picture(chosen: Plan, camera: Camera) -> tuple[Plan, AbstractPicture]:

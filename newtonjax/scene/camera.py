@@ -60,6 +60,9 @@ class Camera(eqx.Module):
     - `full_well`: photoelectrons at which a pixel saturates, the largest code.
     - `read_noise`: standard deviation [photoelectrons].
     - `bits`: 8 to 16, the depth of the code. Static.
+    - `aperture`: side of the square of a pixel that takes light [pixels], over which images are means: 1 is all of it;
+      None for the light at its centre.
+    - `blur`: standard deviation of a Gaussian blur by the lens, in pixels; None for a sharp image.
     - `response`: of its channels to wavelengths; None for one channel that takes all wavelengths alike. With one,
       images have the shape (rows, columns, channels).
     """
@@ -71,11 +74,16 @@ class Camera(eqx.Module):
     full_well: Scalar = eqx.field(converter=as_scalar, default=12_000.0)
     read_noise: Scalar = eqx.field(converter=as_scalar, default=5.0)
     bits: int = eqx.field(static=True, converter=_bits, default=8)
+    aperture: Scalar | None = eqx.field(converter=as_scalar, default=None)
+    blur: Scalar | None = eqx.field(converter=as_scalar, default=None)
     response: Response | None = None
 
     def __check_init__(self):
         if not isinstance(self.response, Response | None):
             raise ValueError(f"response is {shown(self.response)}; allowed: a Response such as cie_1931(), or None")
+        for name, value in (("aperture", self.aperture), ("blur", self.blur)):
+            if value is not None:
+                require_number(name, value, "0 to 100 pixels, or None", lambda v: np.all((v >= 0) & (v <= 100)))
         if min(self.shape) < 1:
             raise ValueError(f"shape is {self.shape}; allowed: (rows, columns), both at least 1")
         require_one("pixel_size", self.pixel_size, "a positive length in metres", positive)
@@ -95,6 +103,11 @@ class Camera(eqx.Module):
     def ends(self) -> tuple[Float[Any, "2"], Float[Any, "2"]]:
         """What `axes` has at its ends [m]: x of the first and the last column, y of the first and the last row."""
         return _ends(self)
+
+    @property
+    def takes_means(self) -> bool:
+        """Whether a pixel is more than the light at its centre."""
+        return self.aperture is not None or self.blur is not None
 
     @property
     def image_shape(self) -> tuple[int, ...]:

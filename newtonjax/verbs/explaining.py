@@ -131,7 +131,7 @@ def explain(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Explanatio
         fields = _fields(scene, points)
     parts = [*_of_beams(scene, camera, chosen, fields), *_inside(scene, chosen, points, fields)]
     frequency = _frequency(scene, camera, points)
-    parts.append(_pixel(fields, frequency, all_arrive))
+    parts.append(_pixel(fields, frequency, all_arrive, camera.takes_means))
     parts.append(_line_width(scene, fields, tolerance) if light.spectrum is None else _spectrum(light, fields))
     finest = float(np.hypot(*frequency).max())
     return Explanation(
@@ -257,7 +257,7 @@ def _frequency(scene: Scene, camera: Camera, points: Float[np.ndarray, "n 2"]) -
     return along_x, along_y
 
 
-def _pixel(fields: Fields, frequency: tuple[np.ndarray, np.ndarray], all_arrive: bool) -> Omission:
+def _pixel(fields: Fields, frequency: tuple[np.ndarray, np.ndarray], all_arrive: bool, modelled: bool) -> Omission:
     """What the mean over a pixel takes off the contrast, sinc(fx) sinc(fy); all where a beam ends within the pixel."""
     if not all_arrive:
         return Omission(
@@ -266,7 +266,8 @@ def _pixel(fields: Fields, frequency: tuple[np.ndarray, np.ndarray], all_arrive:
     size = np.abs(fields.envelope).sum(axis=0)
     contrast = np.sinc(frequency[0]) * np.sinc(frequency[1])
     error = _BETWEEN_SLOPES * float((size * (1 - contrast)).max()) / _peak(fields)
-    return Omission("mean over each pixel", error, False, "the image is taken at the pixels' centres")
+    note = "by aperture and blur" if modelled else "the image is taken at the pixels' centres"
+    return Omission("mean over each pixel", error, modelled, note)
 
 
 def _line_width(scene: Scene, fields: Fields, tolerance: float) -> Omission:

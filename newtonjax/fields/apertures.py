@@ -1,0 +1,92 @@
+"""What the area of a pixel and a blur of the picture leave of the fringes: a factor on their envelopes.
+
+Over a pixel a phase is φ + f u + u H u / 2 [turns], u in pixels. The mean of e^{2πi phase} with a weight k(u) is
+e^{2πi φ} (S(f) - i/4π Σ H_ij ∂²S/∂f_i ∂f_j), S the Fourier transform of k, to first order in H: `bending_error` bounds
+what is left out, by the second.
+"""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.polynomial.chebyshev import chebder, chebvander
+
+from newtonjax.numerics import as_complex, chebyshev, module_of, namespace
+from newtonjax.scene import Camera
+
+# Below it the series of sin z / z and of its derivatives are used: they err by z⁶/5040 and less.
+_SMALL = 0.05
+
+
+def pixel_factors(
+    turns: Float[Any, "pairs n"], camera: Camera, ratios: Float[Any, " waves"]
+) -> Complex[Any, "waves pairs n"]:
+    """Of path differences [turns] at a square grid of nodes, row by row: the factors on waves of these wavenumbers.
+
+    - `ratios`: wavenumbers over that of the turns.
+    """
+    count, xp = round(turns.shape[-1] ** 0.5), module_of(turns)
+    grid = turns.reshape(-1, count, count)
+    derivative = xp.asarray(_derivative(count))
+    step_y, step_x = (2 / max(pixels - 1, 1) for pixels in camera.shape)
+
+    def along_x(values):
+        return values @ derivative.T * step_x
+
+    def along_y(values):
+        return derivative @ values * step_y
+
+    f_x, f_y = along_x(grid), along_y(grid)
+    numbers = (f_x, f_y, along_x(f_x), along_y(f_y), along_x(f_y))
+    flat = [ratios[:, None, None] * number.reshape(turns.shape) for number in numbers]
+    return _factor(camera, *flat)
+
+
+def bending_error(turns: Float[np.ndarray, "pairs count count"], camera: Camera) -> float:
+    """Of the factors, from Chebyshev coefficients of path differences: (2π H s²)² / 2, s² the variance of k."""
+    ends = [2 / max(pixels - 1, 1) for pixels in camera.shape]
+    bending = max(
+        float(abs(chebder(turns, 2, axis=axis)).sum(axis=(-2, -1)).max() * step**2)
+        for axis, step in zip((-2, -1), ends, strict=True)
+    )
+    variance = float(camera.blur or 0.0) ** 2 + float(camera.aperture or 0.0) ** 2 / 12
+    return (2 * np.pi * bending * variance) ** 2 / 2
+
+
+def _factor(camera: Camera, f_x, f_y, h_xx, h_yy, h_xy):
+    (s_x, d_x, dd_x), (s_y, d_y, dd_y) = _transform(camera, f_x), _transform(camera, f_y)
+    bent = h_xx * dd_x * s_y + h_yy * s_x * dd_y + 2 * h_xy * d_x * d_y
+    return as_complex(s_x * s_y) - 1j * as_complex(bent / (4 * np.pi))
+
+
+def _transform(camera: Camera, f):
+    """Of the weights along one axis at a frequency [per pixel], with its first and second derivative."""
+    side = 0.0 if camera.aperture is None else camera.aperture
+    blur = 0.0 if camera.blur is None else camera.blur
+    xp = namespace(f, side, blur)
+    box, box_slope, box_bend = _sinc(xp, np.pi * side * f)
+    steepness = (2 * np.pi * blur) ** 2
+    bell = xp.exp(-steepness * f * f / 2)
+    bell_slope, bell_bend = -steepness * f * bell, steepness * (steepness * f * f - 1) * bell
+    scale = np.pi * side
+    return (
+        box * bell,
+        scale * box_slope * bell + box * bell_slope,
+        scale * scale * box_bend * bell + 2 * scale * box_slope * bell_slope + box * bell_bend,
+    )
+
+
+def _sinc(xp, z):
+    """Sin z / z, and its first and second derivative."""
+    is_small = abs(z) < _SMALL
+    safe, square = xp.where(is_small, 1.0, z), z * z
+    value = xp.where(is_small, 1 - square / 6 + square * square / 120, xp.sin(safe) / safe)
+    slope = xp.where(is_small, z * (-1 / 3 + square / 30), (xp.cos(safe) - xp.sin(safe) / safe) / safe)
+    bend = xp.where(is_small, -1 / 3 + square / 10, -value - 2 * slope / safe)
+    return value, slope, bend
+
+
+def _derivative(count: int) -> np.ndarray:
+    """From values at nodes in [-1, 1] to those of the derivative there."""
+    degrees = chebvander(chebyshev.nodes(count), max(count - 2, 0))
+    return degrees @ chebder(np.eye(count)) @ chebyshev.analysis(count)
