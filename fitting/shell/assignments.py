@@ -1,6 +1,6 @@
 """NAME=VALUE at the shell, in the unit that the name has."""
 
-from fitting.shell import quantities
+from fitting.shell import lamps, quantities
 
 _EXAMPLES = {"--vary": "400nm:700nm", "--sd": "0.1nm", "--choose": "532nm,589.3nm"}
 
@@ -30,6 +30,8 @@ def number(name: str, text: str, units: dict[str, str]) -> float:
     """A number in the unit that its name has. Raises ValueError for names and texts that are none."""
     if name not in units:
         raise ValueError(f"{name!r} is not a number of this scene; allowed: {', '.join(units)}")
+    if name == "wavelength":
+        return lamps.wavelength(text).given
     if units[name] == "m":
         return quantities.length(text)
     if units[name] == "rad":

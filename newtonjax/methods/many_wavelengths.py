@@ -65,7 +65,7 @@ def has_channels(light: Light, camera: Camera) -> bool:
 
 def one_line(scene: Scene) -> Scene:
     """The scene in a sharp line of the light's mean wavenumber."""
-    return replace(scene, light=replace(scene.light, spectrum=None))
+    return scene if scene.light.spectrum is None else replace(scene, light=replace(scene.light, spectrum=None))
 
 
 def table_of(channels: Channels, low, high, tolerance: float) -> Table:

@@ -128,8 +128,8 @@ class Chebyshev(AbstractMethod):
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns *channels"]:
         if has_channels(scene.light, camera):
-            beams = arrivals_at(one_line(scene), node_points(camera, self.nodes))
-            of_nodes = beats(beams, np.array(pairs(scene)).reshape(-1, 2), source_of(one_line(scene).light))
+            beams = arrivals_at(scene, node_points(camera, self.nodes))
+            of_nodes = beats(beams, np.array(pairs(scene)).reshape(-1, 2), source_of(scene.light))
             ratios, _ = wave_parts(channels_of(scene.light, camera.response).lines, camera)
             return on_nodes(chebyshev.coefficients(at_nodes(of_nodes, camera, ratios)), scene, camera)
         of_fields = synthesize_single if self.dtype == "float32" else synthesize
@@ -148,7 +148,7 @@ class Chebyshev(AbstractMethod):
 
         Raises ValueError where a beam does not reach the whole image.
         """
-        bench = packed.pack(one_line(scene))
+        bench = packed.pack(scene)
         of_nodes = beats(packed.node_arrivals(bench, camera, self.nodes), bench.pairs, bench.source)
         if not of_nodes.arrives.all():
             raise unreached(self)

@@ -126,7 +126,7 @@ def _in_channels(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, 
     chosen = replace(
         chosen,
         method=method,
-        scene=replace(chosen.scene, light=scene.light),
+        scene=replace(chosen.scene, light=scene.light) if chosen.dropped else scene,
         phase_error=chosen.phase_error * stretch,
         intensity_error=chosen.intensity_error * stretch + table_error,
     )

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fitting.shell import lamps, quantities
+from fitting.shell import assignments, lamps, quantities
 
 
 @pytest.mark.parametrize(
@@ -102,6 +102,15 @@ def test_a_named_line_is_in_air_where_air_counts_as_one():
     assert lamps.wavelength("sodium-d2").within(1.00027) == pytest.approx(589.1583e-9, rel=5e-6)
     assert lamps.wavelength("hene").within(1.00027) == pytest.approx(632.9912e-9, rel=5e-6)
     assert lamps.wavelength("589.3nm").within(1.00027) == pytest.approx(589.3e-9, rel=1e-15)
+
+
+def test_a_lamp_is_a_wavelength_to_choose_in_a_design():
+    units = {"wavelength": "m", "gap": "m"}
+    assert assignments.number("wavelength", "hene", units) == 632.8162e-9
+    green = assignments.number("wavelength", "mercury:546nm/10nm", units)
+    assert green == pytest.approx(546.074e-9, rel=1e-9)
+    with pytest.raises(ValueError, match="no length"):
+        assignments.number("gap", "hene", units)
 
 
 def test_an_unknown_line_is_refused_with_the_lines_offered():
