@@ -83,7 +83,7 @@ class Camera(eqx.Module):
             raise ValueError(f"response is {shown(self.response)}; allowed: a Response such as cie_1931(), or None")
         for name, value in (("aperture", self.aperture), ("blur", self.blur)):
             if value is not None:
-                require_number(name, value, "0 to 100 pixels, or None", lambda v: np.all((v >= 0) & (v <= 100)))
+                require_one(name, value, "0 to 100 pixels, or None", lambda v: np.all((v >= 0) & (v <= 100)))
         if min(self.shape) < 1:
             raise ValueError(f"shape is {self.shape}; allowed: (rows, columns), both at least 1")
         require_one("pixel_size", self.pixel_size, "a positive length in metres", positive)
