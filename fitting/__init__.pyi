@@ -1,6 +1,8 @@
 """fitting: the layer that turns an image of rings into a lens radius with a standard deviation."""
 
 from fitting.batches import Batch as Batch
+from fitting.irregularity import Form as Form
+from fitting.irregularity import form as form
 from fitting.parameters import Parameter as Parameter
 from fitting.photo import Photograph as Photograph
 from fitting.photo import read as read

@@ -281,3 +281,17 @@ class Reason(Wording):
         "orders {before:g} and {after:g} lie {rings:.2g} +/- {sd:.1g} orders farther apart than counted"
     )
     UNEVEN_FRINGES = "the spacing changes by {change:+.1%} over the table ({deviations:.1f} sd); its mean was used"
+
+    # The form of a surface.
+    PUPIL_NOT_SEEN = "no edge of an aperture is seen: the form is of the largest circle ({radius:.5g} px); give pupil"
+    PUPIL_TOO_SMALL = "no aperture of at least {least:g} pixels radius is seen; give pupil, or use a larger image"
+    FORM_NO_FRINGES = "no form was found: too few parts of the pupil show evenly spaced fringes; tilt, or mask others"
+    FORM_NOT_CONFIRMED = (
+        "no form was found: the phase of the best one is confirmed in {agreement:.0%} of the pupil; at least "
+        "{least:.0%} is required: give pupil, mask what is no fringe, or tilt the surfaces until the fringes are open"
+    )
+    FORM_FEW_FRINGES = "{fringes:.1f} fringes, some of them perhaps uneven light: at least {least:g} are required; tilt"
+    FORM_NOT_CONVERGED = "the form did not converge; give fewer terms, mask what is no fringe, or tilt the surfaces"
+    FORM_SIGN_OPEN = "the sign of all terms is open, power is shown positive: one image does not tell it; give sign"
+    FORM_SIGN_UNDECIDED = "term {term} is zero within its standard deviation: its sign does not decide that of the form"
+    FORM_RIVALS = "{count} further forms explain the image equally well: tilt the surfaces by more fringes to decide"

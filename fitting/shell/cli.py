@@ -12,6 +12,7 @@ from fitting.parameters import output
 from fitting.shell import stopping
 from fitting.shell.batch_command import batch
 from fitting.shell.bench_options import with_bench_options
+from fitting.shell.form_command import form
 from fitting.shell.measuring_verbs import compare, fit, rings, scale, wedge
 from fitting.shell.options import Bits, Epsilon, Force, ScreenPixel, Shape
 from fitting.shell.study_verbs import design, sensitivity, tradeoff
@@ -149,7 +150,7 @@ def render(
     return render_verb.run(what)
 
 
-for measuring in (fit, batch, scale, rings, wedge, compare):
+for measuring in (fit, batch, form, scale, rings, wedge, compare):
     app.command()(measuring)
 for study in (tradeoff, sensitivity, design):
     app.command()(study)

@@ -18,7 +18,7 @@ TREES = Source(ROOT).trees
 KINDS = (Reason, Piece, PlanReason)
 MEMBERS = {f"{kind.__name__}.{name}": member for kind in KINDS for name, member in kind.__members__.items()}
 # What makes a result of a status and a message.
-RESULTS = ("FitResult", "FrameFit", "RingsResult", "Scale", "RefusedError", "LostError", "UndeterminedError")
+RESULTS = ("FitResult", "FrameFit", "RingsResult", "Scale", "Form", "RefusedError", "LostError", "UndeterminedError")
 
 
 def fields_of(template: str) -> set[str]:

@@ -1,0 +1,72 @@
+"""A picture on its pupil: light, weights and the coordinates of the unit disc."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+# Light beyond this share of the pupil's radius is not used: the edge's own diffraction and blur lie there.
+EDGE = 0.97
+
+
+class Pupil(NamedTuple):
+    """A circle in the image: `x`, `y` of its centre from the middle of the first pixel, and its `radius` [px]."""
+
+    x: float
+    y: float
+    radius: float
+
+    def reduced(self, factor: int) -> "Pupil":
+        """The same circle in block means over `factor` x `factor` pixels."""
+        shift = (factor - 1) / 2
+        return Pupil((self.x - shift) / factor, (self.y - shift) / factor, self.radius / factor)
+
+
+class Disc(NamedTuple):
+    """The pixels around a pupil, with its coordinates.
+
+    - `light` [rows, columns], float32, its mean over the disc taken out, in units of its standard deviation there.
+    - `weights` [rows, columns], float32: 1 where a pixel is used, 0 where not.
+    - `u` [columns], `v` [rows]: from -1 to 1 over the pupil.
+    - `pixel`: the side of a pixel in pupil radii.
+    """
+
+    light: np.ndarray
+    weights: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    pixel: float
+
+    @property
+    def pixels(self) -> float:
+        """How many pixels are used."""
+        return float(self.weights.sum(dtype=float))
+
+
+def disc_of(image: np.ndarray, mask: np.ndarray, pupil: Pupil, edge: float = EDGE) -> Disc:
+    """The disc of a picture [rows, columns] within `edge` pupil radii; pixels that `mask` leaves out weigh nothing."""
+    rows, columns = (
+        slice(max(int(np.ceil(middle - pupil.radius)), 0), max(min(int(middle + pupil.radius) + 1, size), 0))
+        for middle, size in zip((pupil.y, pupil.x), image.shape, strict=True)
+    )
+    u = (np.arange(columns.start, columns.stop) - pupil.x) / pupil.radius
+    v = (np.arange(rows.start, rows.stop) - pupil.y) / pupil.radius
+    inside = np.square(v)[:, None] + np.square(u) <= edge**2
+    used = inside & mask[rows, columns]
+    light = np.where(used, image[rows, columns], 0.0).astype(np.float32)
+    count = max(int(used.sum()), 1)
+    mean = light.sum(dtype=float) / count
+    spread = np.sqrt(max(np.square(light, dtype=float).sum() / count - mean**2, 1e-30))
+    light = np.where(used, (light - np.float32(mean)) / np.float32(spread), np.float32(0.0))
+    return Disc(light, used.astype(np.float32), u, v, 1 / pupil.radius)
+
+
+def reduced(image: np.ndarray, mask: np.ndarray, factor: int) -> tuple[np.ndarray, np.ndarray]:
+    """Means over blocks of `factor` x `factor` pixels, and which blocks hold used pixels for more than half."""
+    if factor == 1:
+        return image, mask
+    rows, columns = (size // factor for size in image.shape)
+    shape = rows, factor, columns, factor
+    used = mask[: rows * factor, : columns * factor]
+    counts = used.reshape(shape).sum(axis=(1, 3))
+    sums = np.where(used, image[: rows * factor, : columns * factor], 0.0).reshape(shape).sum(axis=(1, 3))
+    return sums / np.maximum(counts, 1), counts > factor * factor / 2
