@@ -187,6 +187,9 @@ class Reason(Wording):
         "pixels are {uneven:.2g} longer one way than across it ({along}; {ratio:.2g} standard deviations): a tilted "
         "grid, or no square pixels; their mean counts, with half of the difference as sd ({uneven:.2%} of a radius)"
     )
+    DISTANCE_TREATED_AS_EXACT = "no standard deviation is given for distance: it is treated as exact"
+    PIXELS_TAKEN_AS_SQUARE = "two points measure the scale one way only: pixels are taken as square, seen from above"
+    POINTS_TOO_NEAR = "the points are {length:.3g} px apart, which do not determine a scale; take points farther apart"
     PICTURE_OF_OTHER_SIZE = "half diagonals of {picture:.4g} px, that of the grid {grid:.4g} px: taken as a cut"
     STRETCHED_OTHERWISE = (
         "the rings are stretched by {rings:.4f} ± {rings_sd:.2g} (x over y), the grid by {grid:.4f} ± {grid_sd:.2g}, "

@@ -1,12 +1,11 @@
 """The pixel size from a photograph of a ruled grid: its two wave vectors, by demodulation over the whole field."""
 
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 
-from fitting.parameters import Progress, absolute_sd, number, progress_of, rounded, says_its_origin
-from fitting.photo import Photograph, flatten, read
+from fitting.parameters import rounded
+from fitting.photo import Photograph, flatten
 from fitting.reasons import Reason
 from fitting.reticle.grid import Grid
 from fitting.reticle.lines import WIDTH, Phases, demodulated, first_grid, fit_grid
@@ -26,42 +25,14 @@ _PARTS = 4
 _APART = 11.8
 
 
-@says_its_origin
-def scale(
-    image: str | Path | np.ndarray,
-    *,
-    division: float,
-    division_sd: float | str | None = None,
-    transfer: str | float | None = None,
-    mask: str | Path | np.ndarray | None = None,
-    page: int | None = None,
-    progress: Progress = None,
-) -> Scale:
-    """The pixel size on the object from a photograph of a square grid of lines, at any angle.
+def of_grid(photograph: Photograph, division: float, division_sd: float, done: Callable[[int, int], object]) -> Scale:
+    """The scale of a photograph of a square grid at any angle, or a refusal.
 
     The grid's two lowest wave vectors are found in the Fourier transform, with their harmonics; demodulated by each,
     the image gives the lines' phase everywhere, to which two plane waves behind one radial distortion are fitted. The
     standard deviation is the jackknife's over sixteen parts of the field, with the division's own and half of the
     stretch beyond its noise, by which pixels are longer one way: a tilted grid or camera makes as much.
-
-    Args:
-      image: a file, or an array as in `fitting.fit`.
-      division, division_sd: distance of two lines, and its standard deviation [m], or "0.1%".
-      transfer, mask, page: as in `fitting.fit`.
-      progress: True for a bar on the terminal, or a function of (fits of the grid made, their number).
-
-    A photograph without a grid comes back refused. Raises ValueError and FileNotFoundError for input that is none.
-
     """
-    if not 1e-9 < number("division", division) < 1.0:
-        raise ValueError(f"division is {division}; allowed: 1e-9 to 1 m")
-    sd = absolute_sd("division", division_sd, division) or 0.0
-    photograph = read(image, transfer, mask, page)
-    with progress_of(progress, "measuring the grid") as done:
-        return _measured(photograph, float(division), sd, done)
-
-
-def _measured(photograph: Photograph, division: float, division_sd: float, done: Callable[[int, int], object]) -> Scale:
     if photograph.mask.sum() < 1024:
         return Scale("refused", Reason.TOO_FEW_PIXELS_OF_GRID(pixels=int(photograph.lit.sum())))
     fringes = flatten(photograph.image, photograph.lit)

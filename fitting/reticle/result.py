@@ -138,7 +138,9 @@ class Scale(AbstractResult):
     def report(self) -> str:
         """The scale as text."""
         lines = [f"[[Scale]]  {self.status}" + (f": {self.message}" if self.message else "")]
-        if self.pixel_size is not None and self.lines is not None:
+        if self.pixel_size is not None and self.lines is None:
+            lines.append(f"    pixel size   {with_sd(self.pixel_size, self.pixel_size_sd, 'm')} on the object")
+        elif self.pixel_size is not None and self.lines is not None:
             unit = f"u in half diagonals of {self.half_diagonal or 0.0:.5g} px"
             sides = (self.pixel_size_x, self.pixel_size_x_sd), (self.pixel_size_y, self.pixel_size_y_sd)
             along = ", ".join(with_sd(size or 0.0, sd, "m") for size, sd in sides)

@@ -79,25 +79,44 @@ def fit(
 
 
 def scale(
-    reticle: Annotated[Path, typer.Argument(metavar="RETICLE", help="Photograph of a ruled grid, at any angle.")],
-    division: Annotated[float, option(quantities.positive_length, "LENGTH", "Distance of two lines of the grid.")],
+    reticle: Annotated[
+        Path | None, typer.Argument(metavar="[RETICLE]", help="Photograph of a ruled grid, at any angle.")
+    ] = None,
+    division: Annotated[
+        float | None, option(quantities.positive_length, "LENGTH", "Distance of two lines of the grid.")
+    ] = None,
     division_sd: Annotated[
         Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of that distance.")
     ] = None,
+    point: Annotated[
+        list[str] | None, typer.Option(metavar="X,Y", help="A place in pixels, given twice, with --distance.")
+    ] = None,
+    distance: Annotated[
+        float | None, option(quantities.positive_length, "LENGTH", "Distance of the two points on the object.")
+    ] = None,
+    distance_sd: Annotated[
+        Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of that distance.")
+    ] = None,
+    pointing_sd: Annotated[float, typer.Option(help="Standard deviation of each point, in pixels.")] = 0.5,
     transfer: Transfer = None,
     page: Page = None,
     json: Json = None,
     output_dir: OutputDir = None,
     force: Force = False,
 ) -> int:
-    """Measure the pixel size on the object from a photograph of a ruled grid, with its standard deviation.
+    """Measure the pixel size on the object from a photograph of a ruled grid, or from two points and their distance.
 
-    The JSON that it writes is what `newtonjax fit --scale-from` reads.
+    The JSON that it writes is what `newtonjax fit --scale-from` reads. Without a grid:
+    photograph a ruler at the same place, read two of its lines in pixels, and give
+    them as --point 120,340 --point 980,352 --distance 10mm.
     """
     from fitting.shell import scale_verb
     from fitting.shell.answer import Outputs
 
     options = {"division": division, "division_sd": division_sd, "transfer": transfer, "page": page}
+    if point or distance is not None:
+        places = scale_verb.points_of(point or [])
+        options = {"points": places, "distance": distance, "distance_sd": distance_sd, "pointing_sd": pointing_sd}
     return scale_verb.run(reticle, options, Outputs(json, output_dir, force))
 
 

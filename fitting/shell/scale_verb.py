@@ -1,4 +1,4 @@
-"""The verb `scale`: from a photograph of a ruled grid to the pixel size."""
+"""The verb `scale`: from a photograph of a ruled grid, or two points, to the pixel size."""
 
 from pathlib import Path
 
@@ -7,11 +7,26 @@ from fitting.shell.answer import Outputs
 from fitting.shell.progress import progress
 
 
-def run(photo: Path, options: dict, outputs: Outputs) -> int:
+def run(photo: Path | None, options: dict, outputs: Outputs) -> int:
     """Measure, report, write; the exit status."""
+    if photo is None:
+        if outputs.folder is not None:
+            raise ValueError("--output-dir is for a photograph of a grid; give --json for the scale of two points")
+        outputs.check(())
+        return outputs.write(fitting.scale(**options))
     if not photo.is_file():
         raise FileNotFoundError(f"{photo} is not a file; give the path of a photograph of a grid")
+    if "points" in options:
+        raise ValueError("two points and their distance need no photograph; leave it out, or give --division")
     outputs.check((photo,))
     with progress(f"measuring {photo.name}"):
         result = fitting.scale(photo, **options)
     return outputs.write(result)
+
+
+def points_of(texts: list[str]) -> list[list[float]]:
+    """Places of `--point 120,340`. Raises ValueError for what is none."""
+    try:
+        return [[float(number) for number in text.split(",")] for text in texts]
+    except ValueError:
+        raise ValueError(f"--point {' '.join(texts)}; give X,Y in pixels, such as 120,340") from None

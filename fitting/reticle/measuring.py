@@ -1,0 +1,85 @@
+"""The verb `scale`: the pixel size from a ruled grid, or from two points and their distance."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from fitting.parameters import Progress, absolute_sd, number, progress_of, says_its_origin
+from fitting.photo import read
+from fitting.reasons import Reason
+from fitting.reticle.lattice import of_grid
+from fitting.reticle.result import Scale
+from newtonjax.numerics import shown
+
+
+@says_its_origin
+def scale(
+    image: str | Path | np.ndarray | None = None,
+    *,
+    division: float | None = None,
+    division_sd: float | str | None = None,
+    points: Sequence[Sequence[float]] | None = None,
+    distance: float | None = None,
+    distance_sd: float | str | None = None,
+    pointing_sd: float = 0.5,
+    transfer: str | float | None = None,
+    mask: str | Path | np.ndarray | None = None,
+    page: int | None = None,
+    progress: Progress = None,
+) -> Scale:
+    """The pixel size on the object, with its standard deviation, from a square grid of lines or from two points.
+
+    Args:
+      image: a photograph of the grid at any angle: a file, or an array as in `fitting.fit`; two points need none.
+      division, division_sd: distance of two lines, and its standard deviation [m], or "0.1%".
+      points, distance, distance_sd: two places (x, y) in pixels, as of two lines of a ruler, and their distance on the
+        object [m]. Pixels are then taken for square.
+      pointing_sd: of each place, along the line between them [px].
+      transfer, mask, page: as in `fitting.fit`.
+      progress: True for a bar on the terminal, or a function of (fits of the grid made, their number).
+
+    A photograph without a grid comes back refused. Raises ValueError and FileNotFoundError for input that is none.
+
+    """
+    if (division is None) == (distance is None) or (points is None) != (distance is None):
+        raise ValueError("give division, of a photographed grid, or points with distance, and not both")
+    if points is not None and distance is not None:
+        length = _length("distance", distance)
+        sd = absolute_sd("distance", distance_sd, length) or 0.0
+        return of_points(points, length, sd, number("pointing_sd", pointing_sd))
+    if image is None:
+        raise ValueError("no photograph of the grid is given; two points and their distance alone need none")
+    step = _length("division", division)
+    sd = absolute_sd("division", division_sd, step) or 0.0
+    photograph = read(image, transfer, mask, page)
+    with progress_of(progress, "measuring the grid") as done:
+        return of_grid(photograph, step, sd, done)
+
+
+def _length(name: str, value: float | None) -> float:
+    if not 1e-9 < number(name, value) < 1.0:
+        raise ValueError(f"{name} is {value}; allowed: 1e-9 to 1 m")
+    return float(value or 0.0)
+
+
+def of_points(points: Sequence[Sequence[float]], distance: float, distance_sd: float, pointing_sd: float) -> Scale:
+    """The scale of two places in a picture. Raises ValueError for places that are none."""
+    try:
+        places = np.asarray(points, dtype=float)
+    except (TypeError, ValueError):
+        places = np.empty(0)
+    if places.shape != (2, 2) or not np.all(np.isfinite(places)):
+        raise ValueError(f"points is {shown(points)}; give two places (x, y) in pixels")
+    if not 0 < pointing_sd < 1e6:
+        raise ValueError(f"pointing_sd is {pointing_sd}; allowed: above zero, in pixels")
+    length = float(np.hypot(*(places[1] - places[0])))
+    relative = float(np.hypot(np.sqrt(2) * pointing_sd / length if length else np.inf, distance_sd / distance))
+    if not relative < 0.25:
+        return Scale("refused", Reason.POINTS_TOO_NEAR(length=length))
+    warnings: list[str] = [Reason.PIXELS_TAKEN_AS_SQUARE()]
+    if not distance_sd:
+        warnings.append(Reason.DISTANCE_TREATED_AS_EXACT())
+    size = distance / length
+    return Scale("ok", pixel_size=size, pixel_size_sd=size * relative, pixel_size_x=size, pixel_size_y=size,
+                 stretch=0.0, shear=0.0, stretch_sd=1.0, shear_sd=1.0, warnings=warnings)  # fmt: skip
