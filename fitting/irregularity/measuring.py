@@ -28,6 +28,7 @@ from fitting.parameters import (
 )
 from fitting.photo import Photograph, read
 from fitting.reasons import Reason
+from newtonjax.numerics import shown
 
 # Fewer fringes leave folds: the illumination takes up what a fringe would say.
 LEAST_FRINGES = 6.0
@@ -83,7 +84,7 @@ def form(
 
     """
     lengths = _lengths(wavelength, wavelength_sd, pixel_size, pixel_size_sd, reference_radius)
-    request = Request(lengths, pupil, pupil_sd, terms, sign, distortion_sd)
+    request = Request(lengths, pupil, pupil_sd, _whole("terms", terms), _whole("sign", sign), distortion_sd)
     request.check()
     photograph = read(image, transfer, mask, page)
     with progress_of(progress, "fitting the form") as done, one_blas_thread():
@@ -102,11 +103,13 @@ class Request(NamedTuple):
 
     def check(self) -> None:
         """Raises ValueError for what cannot be meant."""
-        if self.pupil is not None and (
-            len(self.pupil) != 3 or not np.isfinite(self.pupil).all() or self.pupil[2] < _LEAST_RADIUS
-        ):
-            least = f"{_LEAST_RADIUS:g} pixels and more"
-            raise ValueError(f"pupil is {self.pupil}; allowed: column, row and radius of a circle of {least}")
+        if self.pupil is not None:
+            circle = [number("pupil", value) for value in self.pupil] if np.shape(self.pupil) == (3,) else [0.0]
+            if circle[-1] < _LEAST_RADIUS:
+                least = f"{_LEAST_RADIUS:g} pixels and more"
+                raise ValueError(
+                    f"pupil is {shown(self.pupil)}; allowed: column, row and radius of a circle of {least}"
+                )
         for name, value, most in (("pupil_sd", self.pupil_sd, np.inf), ("distortion_sd", self.distortion_sd, 0.3)):
             if value is not None and not 0 <= number(name, value) <= most:
                 raise ValueError(f"{name} is {value}; allowed: 0 to {most:g}")
@@ -114,6 +117,15 @@ class Request(NamedTuple):
             raise ValueError(f"terms is {self.terms}; allowed: {', '.join(map(str, ORDERS))}")
         if self.sign is not None and not 2 <= abs(self.sign) <= TERMS:
             raise ValueError(f"sign is {self.sign}; allowed: the number of a term, 2 to {TERMS}, or minus that")
+
+
+def _whole(name: str, value: Any) -> int | None:
+    """A whole number, or None. Raises ValueError for anything else."""
+    if value is None:
+        return None
+    if number(name, value) % 1:
+        raise ValueError(f"{name} is {value}; allowed: a whole number")
+    return int(value)
 
 
 def _lengths(
@@ -153,7 +165,7 @@ def _measured(photograph: Photograph, usable: np.ndarray, request: Request, done
     refusal = _refusal(candidates)
     if refusal is not None:
         return replace(blank, message=refusal)
-    uncertain = Uncertain(pupil_sd or 0.0, request.distortion_sd)
+    uncertain = Uncertain(pupil_sd or 0.0, request.distortion_sd or 0.0)
     solution = solved(image, usable, pupil, candidates, request.terms, uncertain)
     done(2, _STEPS)
     agreement = remainder_of(disc_of(image, usable, pupil), solution.fit.coefficients).agreement

@@ -253,6 +253,7 @@ def test_a_reference_moves_the_radii_where_the_sign_lets_it(scene):
         ({"terms": 12}, "terms is 12; allowed: 3, 6, 10"),
         ({"sign": 1}, "sign is 1; allowed"),
         ({"pupil": (10.0, 10.0, 5.0)}, "pupil is .*; allowed: column, row and radius"),
+        ({"pupil": (10.0, np.nan, 50.0)}, "pupil is nan; allowed: one finite number"),
         ({"pupil_sd": -1.0}, "pupil_sd is -1"),
         ({"distortion_sd": 0.7}, "distortion_sd is 0.7; allowed: 0 to 0.3"),
         ({"reference_radius": 0.0}, "reference_radius is 0"),
