@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from newtonjax.numerics import Scalar, namespace, require
+from newtonjax.numerics import Scalar, namespace, require, shown
 from newtonjax.scene.spectrum import Spectrum, sampled_spectrum
 
 # Second radiation constant [m K] (exact in the SI of 2019), and that of illuminant A's definition.
@@ -43,6 +43,8 @@ def white() -> Spectrum:
 
 def illuminant(name: str) -> Spectrum:
     """The CIE's illuminant A, E, D50, D55, D65 or D75 (CIE 015:2018). Raises ValueError for another name."""
+    if not isinstance(name, str):
+        raise ValueError(f"illuminant {shown(name)}; allowed: A, E, D50, D55, D65 or D75")
     if name.upper() == "A":
         return _planck(2848.0, _C2_OF_A)
     if name.upper() == "E":

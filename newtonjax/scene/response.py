@@ -6,7 +6,7 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
 
-from newtonjax.numerics import as_vector, namespace, require
+from newtonjax.numerics import as_vector, is_real, namespace, require, require_whole, shown
 from newtonjax.scene.illuminants import cie_table
 from newtonjax.scene.limits import WAVELENGTH
 
@@ -30,12 +30,13 @@ class Response(eqx.Module):
 
     def __check_init__(self):
         require("wavelengths", self.wavelengths, f"ascending, {WAVELENGTH.words}", _ascending)
-        require("curves", self.curves, "responses of 0 or more (the CIE's included), finite", np.isfinite)
+        require("curves", self.curves, "finite numbers, a row for each channel", np.isfinite)
         if np.ndim(self.curves) != 2 or np.shape(self.curves)[1:] != np.shape(self.wavelengths):
             raise ValueError(
                 f"curves has shape {np.shape(self.curves)}; allowed: (channels, {np.size(self.wavelengths)}), "
                 "a response at every wavelength"
             )
+        require_whole("white", self.white, 0, len(self.curves) - 1)
 
     def powers(self, wavelengths: Float[Any, " lines"], shares: Float[Any, " lines"]) -> Float[Any, "channels lines"]:
         """What each channel takes of each line, over what the channel `white` (or it itself) takes of all."""
@@ -71,7 +72,12 @@ def to_srgb(
 
     IEC 61966-2-1; what a screen cannot show is clipped. `white`: X, Y, Z that is shown as white, by Bradford's
     adaptation (ICC.1:2022, annex E); None for D65, the screen's.
+
+    Raises ValueError for arrays whose last axis is not three numbers.
     """
+    for name, value in (("xyz", xyz), ("white", white)):
+        if value is not None and not (is_real(value) and np.shape(value)[-1:] == (3,)):
+            raise ValueError(f"{name} is {shown(value)}; allowed: an array whose last axis is X, Y, Z")
     xp = namespace(xyz, white)
     matrix = _TO_RGB
     if white is not None:

@@ -175,10 +175,16 @@ def sampled_spectrum(wavelengths: Float[Any, " samples"], powers: Float[Any, " s
     """A continuous spectrum from samples of its power per wavelength, linear in between, and to 0 beyond the ends.
 
     - `wavelengths`: ascending, in vacuum [m]; `powers`: in any unit.
+
+    Raises ValueError for wavelengths that do not ascend, and as `Spectrum`.
     """
-    xp = namespace(wavelengths, powers)
-    at = as_vector(wavelengths)
+    xp, at = namespace(wavelengths, powers), as_vector(wavelengths)
+    require("wavelengths", at, f"two or more, ascending, {WAVELENGTH.words}", _ascends)
     steps = xp.diff(at)
     edges = xp.concatenate([steps[:1], steps, steps[-1:]])
     widths = (edges[1:] + edges[:-1]) / 2
     return Spectrum(at, as_vector(powers) * widths, triangle=widths)
+
+
+def _ascends(at: np.ndarray) -> bool:
+    return np.ndim(at) == 1 and len(at) > 1 and bool(np.all(WAVELENGTH.holds(at))) and bool(np.all(np.diff(at) > 0))

@@ -158,3 +158,20 @@ def test_white_points_of_illuminants_are_the_tabulated_ones():
         spectrum = nj.illuminant(name)
         powers = nj.cie_1931().powers(spectrum.wavelengths, spectrum.shares).sum(axis=1)
         np.testing.assert_allclose(powers, [x, 1.0, z], atol=2e-4)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: nj.Spectrum([5e-7], [1.0, 2.0]),
+        lambda: nj.Spectrum([5e-7], [0.0]),
+        lambda: nj.sampled_spectrum(np.array([5e-7, 4e-7]), np.ones(2)),
+        lambda: nj.illuminant("D66"),
+        lambda: nj.black_body(20.0),
+        lambda: nj.Response([4e-7, 5e-7], [[1.0, 1.0]], 9),
+        lambda: nj.Response([4e-7, 5e-7], [[1.0, np.nan]]),
+    ],
+)
+def test_what_is_no_spectrum_or_response_is_refused_in_one_line(call):
+    with pytest.raises(ValueError, match=r"^[^\n]*allowed[^\n]*$"):
+        call()
