@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fitting.photo import numpy_files, pillow_files, tiff_pages
-from fitting.photo.image_file import load, reader_of
+from fitting.photo.image_file import load, reader_of, require_few_pixels
 
 _ALLOWED = (
     "an array [frames, rows, columns] or with channels, an iterable of images, or a file (multi-page TIFF, GIF, .npy, "
@@ -55,6 +55,7 @@ def _of_file(path: Path) -> Iterator[np.ndarray | ValueError]:
     if not path.is_file():
         raise FileNotFoundError(f"{path} is not a file; give {_ALLOWED}")
     reader = reader_of(path)
+    _refuse_huge(path, reader)
     if reader is tiff_pages:
         return map(_page, tiff_pages.each_page(path))
     if reader is numpy_files:
@@ -70,6 +71,17 @@ def _of_file(path: Path) -> Iterator[np.ndarray | ValueError]:
             "or 'imageio[pyav]'"
         )
     return _moving(path, plugin)
+
+
+def _refuse_huge(path: Path, reader: Any) -> None:
+    """Raise ValueError for pictures larger than those of cameras, before one is decoded."""
+    if reader not in (tiff_pages, pillow_files):
+        return
+    try:
+        (rows, columns), *_ = reader.layout(path)
+    except Exception:  # what is wrong with the file is said where its frames are read
+        return
+    require_few_pixels(path, rows, columns)
 
 
 def _page(codes: np.ndarray | Exception) -> np.ndarray | ValueError:

@@ -1,5 +1,6 @@
 """Image files as arrays of their codes, with all bits."""
 
+import os
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -7,9 +8,11 @@ import numpy as np
 
 from fitting.photo import numpy_files, pillow_files, raw_files, tiff_pages
 from newtonjax.numerics import require_memory, shown
+from newtonjax.scene import PICTURE_PIXELS
 
 # What is advised where a photograph is larger than the memory.
 SMALLER = "crop the photograph to its rings, or reduce its pixels (`magick photo.png -resize 50% small.png`)"
+_LARGEST = "NEWTONJAX_LARGEST_PICTURE"
 # The kinds of picture files, in the order in which they are asked: modules with the names of their formats, first bytes
 # and endings by which these are known, `layout` and `load`. What none of them knows, Pillow tries.
 _READERS = (raw_files, tiff_pages, numpy_files, pillow_files)
@@ -42,12 +45,31 @@ def load(path: str | Path, page: int | None = None) -> Picture:
     number = 1 if page is None else page
     if isinstance(number, bool) or not isinstance(number, int | np.integer) or not 1 <= number <= pages:
         raise ValueError(f"page is {shown(page)}; allowed: 1 to {pages}, the pages of {path}")
+    if rows * columns > PICTURE_PIXELS or _LARGEST in os.environ:
+        require_few_pixels(path, rows, columns)
     # The decoder's buffer and the array made of it.
     require_memory(f"reading {path}, {rows} x {columns} pixels,", 2.0 * rows * columns * size, SMALLER)
     try:
         return Picture(reader.load(path, int(number) - 1), int(number), pages)
     except Exception as error:
         raise _unreadable(path, error) from error
+
+
+def require_few_pixels(path: Path, rows: int, columns: int) -> None:
+    """Raise ValueError, before a picture is decoded, where its head says that it is larger than those of cameras.
+
+    A file of a megabyte may unpack to gigabytes. `NEWTONJAX_LARGEST_PICTURE` [px] allows more.
+    """
+    stated = os.environ.get(_LARGEST, "")
+    try:
+        most = float(stated) if stated else PICTURE_PIXELS
+    except ValueError:
+        raise ValueError(f"{_LARGEST} is {stated!r}; allowed: a number of pixels, such as 1e9") from None
+    if not rows * columns <= most:
+        raise ValueError(
+            f"{path} says that it holds {rows} x {columns} pixels; allowed: {most:.3g} pixels; "
+            f"{SMALLER}, or set {_LARGEST}={1.1 * rows * columns:.1e} if it is meant"
+        )
 
 
 def _unreadable(path: Path, error: Exception) -> ValueError:

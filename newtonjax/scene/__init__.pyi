@@ -49,6 +49,7 @@ from newtonjax.scene.limits import DISTANCE as DISTANCE
 from newtonjax.scene.limits import HEIGHT as HEIGHT
 from newtonjax.scene.limits import INDEX as INDEX
 from newtonjax.scene.limits import NOISE as NOISE
+from newtonjax.scene.limits import PICTURE_PIXELS as PICTURE_PIXELS
 from newtonjax.scene.limits import PIXEL_SIZE as PIXEL_SIZE
 from newtonjax.scene.limits import RADIUS as RADIUS
 from newtonjax.scene.limits import RELATIVE_SD as RELATIVE_SD

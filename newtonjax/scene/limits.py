@@ -30,5 +30,7 @@ DISTANCE = Limit(-1e5, 1e5, "up to 100 km (in metres)")
 TILT = Limit(-0.7853982, 0.7853982, "below 45 degrees, 0.7854 rad, in size")
 # Of every pixel, as a standard deviation in incident irradiance.
 NOISE = Limit(1e-12, 1e6, "1e-12 to 1e6")
+# Pixels of a picture file: cameras have up to 150 million, and a small file may say that it holds any number.
+PICTURE_PIXELS = 2e8
 # A standard deviation over its value: a number that is less well known is not known.
 RELATIVE_SD = 0.25

@@ -2,6 +2,8 @@
 
 import errno
 import os
+import struct
+import zlib
 from io import BytesIO
 
 import imageio.v3 as iio
@@ -9,9 +11,11 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from PIL import Image
 from rings_data import rings
 from shell import refusal
 
+import fitting
 from fitting.photo.image_file import load
 
 
@@ -103,3 +107,25 @@ def test_a_full_disk_at_the_report_leaves_nothing_half_written(tmp_path, monkeyp
     with pytest.raises(OSError, match="No space left"):
         output.write(tmp_path / "report.txt", "text", force=False)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_small_file_that_says_it_is_huge_is_refused_before_it_is_decoded(tmp_path):
+    def chunk(name: bytes, content: bytes) -> bytes:
+        return struct.pack(">I", len(content)) + name + content + struct.pack(">I", zlib.crc32(name + content))
+
+    head = struct.pack(">IIBBBBB", 30_000, 30_000, 8, 0, 0, 0, 0)
+    bomb = tmp_path / "bomb.png"
+    bomb.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(bytes(100))))
+    with pytest.raises(ValueError, match=r"says that it holds 30000 x 30000 pixels; allowed: 2e\+08 pixels; crop"):
+        fitting.read(bomb)
+
+
+@pytest.mark.parametrize("name", ["picture.png", "picture.tif"])
+def test_pictures_up_to_the_number_of_pixels_that_the_user_names_are_read(tmp_path, monkeypatch, name):
+    path = tmp_path / name
+    Image.fromarray(np.arange(1024, dtype=np.uint8).reshape(32, 32)).save(path)
+    monkeypatch.setenv("NEWTONJAX_LARGEST_PICTURE", "1000")
+    with pytest.raises(ValueError, match=r"32 x 32 pixels; allowed: 1e\+03 pixels; .*NEWTONJAX_LARGEST_PICTURE=1\.1e"):
+        fitting.read(path)
+    monkeypatch.setenv("NEWTONJAX_LARGEST_PICTURE", "1024")
+    assert fitting.read(path).codes.shape == (32, 32)
