@@ -46,7 +46,7 @@ class Knob:
 
 def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
     """What can be moved by name: what every bench of a gap has; the radius where one face of it is curved, the wedge
-    angle where both are plane and not parallel.
+    angle where both are plane and not parallel; the conic constant where that face has one, be it 0.
 
     "screen" is its distance from the face that light leaves through. "plate_tilt_x" and "plate_tilt_y" turn all
     faces below the gap as one, about the vertex of the uppermost; so does
@@ -84,6 +84,8 @@ def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
         return {knob.name: knob for knob in present}
     radius = 1 / float(scene.surfaces[face].curvature)
     present.insert(0, _knob("radius", radius, _radius(face), abs(radius)))
+    if (conic := scene.surfaces[face].conic) is not None:
+        present.append(_knob("conic", float(conic), _conic(face), 1.0))
     return {knob.name: knob for knob in present}
 
 
@@ -117,6 +119,14 @@ def _radius(face: int):
     def move(scene, camera, by):
         radius = 1 / scene.surfaces[face].curvature
         return eqx.tree_at(lambda s: s.surfaces[face].curvature, scene, 1 / (radius + by)), camera
+
+    return move
+
+
+@cache
+def _conic(face: int):
+    def move(scene, camera, by):
+        return eqx.tree_at(lambda s: s.surfaces[face].conic, scene, scene.surfaces[face].conic + by), camera
 
     return move
 

@@ -54,6 +54,7 @@ _SPECS = (
     ParameterSpec("gap_index", "n", "", INDEX[:2], True, "a measured index of what fills the gap"),
     ParameterSpec("lens_index", "n", "", INDEX[:2], True),
     ParameterSpec("plate_index", "n", "", INDEX[:2], True),
+    ParameterSpec("conic", "k"),
     ParameterSpec("plate_radius", "R", "m", RADIUS[:2], False, "a plate of better known radius, or a flat one"),
     ParameterSpec("gap", "t", "m"),
     ParameterSpec("view_angle", "θ", "rad"),

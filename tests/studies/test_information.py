@@ -25,19 +25,19 @@ def bench(**more):
     return nj.newton_rings(2.0, 550e-9, view="reflected", **{"screen": 1e-3, **numbers})
 
 
-def by_differences(scene, camera, names):
+def by_differences(scene, camera, names, steps=STEPS):
     """Σ (∂μ/∂θ)(∂μ/∂θ)ᵀ / σ² in the numbers' own units, by fourth-order differences of traced images."""
     known = knobs(scene, camera)
 
     def electrons(name, factor):
-        step = factor * STEPS[name] * known[name].scale
+        step = factor * steps[name] * known[name].scale
         at_scene, at_camera = known[name].move(scene, camera, step)
         return np.asarray(nj.render(at_scene, at_camera, nj.Chebyshev(17))) * float(at_camera.exposure)
 
     columns = []
     for name in names:
         near, far = (electrons(name, k) - electrons(name, -k) for k in (1, 2))
-        columns.append(((8 * near - far) / (12 * STEPS[name] * known[name].scale)).ravel())
+        columns.append(((8 * near - far) / (12 * steps[name] * known[name].scale)).ravel())
     mean = np.asarray(nj.render(scene, camera, nj.Chebyshev(17))).ravel() * float(camera.exposure)
     code = float(camera.full_well) / (2**camera.bits - 1)
     variance = mean + float(camera.read_noise) ** 2 + code**2 / 12
@@ -54,6 +54,18 @@ def test_the_matrix_is_that_of_central_differences_for_every_number():
     allowed = np.array([1e-5 if "tilt" in name else 1e-6 for name in names])
     wrong = np.abs(found.matrix - exact) / np.outer(size, size)
     assert np.all(wrong <= np.maximum.outer(allowed, allowed)), dict(zip(names, wrong.max(axis=0), strict=True))
+
+
+def test_the_conic_constant_of_a_steep_lens_is_told_as_central_differences_say():
+    names, scene = ("radius", "gap", "conic"), nj.newton_rings(0.1, 550e-9, gap=0.3e-6, screen=1e-3, conic=-1.0)
+    steps = {"radius": 1e-8, "gap": 1e-4, "conic": 1e-3}
+    fisher, exact = information(scene, CAMERA, free=names).matrix, by_differences(scene, CAMERA, names, steps)
+    size = np.sqrt(np.diag(exact))
+    np.testing.assert_allclose(fisher / np.outer(size, size), exact / np.outer(size, size), rtol=0, atol=1e-5)
+    gentle = nj.newton_rings(1.0, 550e-9, gap=0.3e-6, screen=1e-3, conic=-1.0)
+    assert information(gentle, CAMERA, free=names).sd("conic") > 100 * information(scene, CAMERA, free=names).sd(
+        "conic"
+    )
 
 
 def test_bounds_are_those_of_the_inverse_of_central_differences():
