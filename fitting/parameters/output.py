@@ -52,9 +52,10 @@ def _try_to_write(path: Path) -> None:
 
 def make_folder(folder: Path) -> None:
     """Make a folder for files, and those above it; a process that is stopped removes it if it is still empty."""
-    if not folder.is_dir():
-        folder.mkdir(parents=True)
-        _folders.append(folder)
+    with _changing:  # or a process that is stopped would not know of it
+        if not folder.is_dir():
+            folder.mkdir(parents=True)
+            _folders.append(folder)
 
 
 def remove_unfinished(patience: float = -1) -> None:
