@@ -74,7 +74,7 @@ PROBLEMS = {
 }
 _GRID = 10_000
 # Parts of a photograph that these benches do not have: not looked for.
-PARTS = dict.fromkeys(("oblique_view", "distortion", "fifth_order", "contact", "film"), False)
+PARTS = dict.fromkeys(("oblique_view", "distortion", "fifth_order", "lens_form", "contact", "film"), False)
 
 
 def by_grid(scene, camera, vary, known, count: int) -> tuple[float, int]:

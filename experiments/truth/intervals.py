@@ -47,7 +47,7 @@ _COLUMNS = (
     "half-width over error",
     "half-width over rms error",
 )
-_NO_PARTS = dict.fromkeys(("oblique_view", "distortion", "fifth_order", "contact", "film"), False)
+_NO_PARTS = dict.fromkeys(("oblique_view", "distortion", "fifth_order", "lens_form", "contact", "film"), False)
 
 
 def run(job):

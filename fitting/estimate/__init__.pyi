@@ -15,6 +15,7 @@ from fitting.estimate.elimination import eliminate as eliminate
 from fitting.estimate.elimination import evaluate as evaluate
 from fitting.estimate.elimination import image_of as image_of
 from fitting.estimate.elimination import normal_equations as normal_equations
+from fitting.estimate.elimination import pseudo_inverse as pseudo_inverse
 from fitting.estimate.elimination import tilted as tilted
 from fitting.estimate.fringe_moments import Moments as Moments
 from fitting.estimate.fringe_moments import moments as moments
@@ -30,13 +31,13 @@ from fitting.estimate.illumination import problem_of as problem_of
 from fitting.estimate.illumination import robust_fit as robust_fit
 from fitting.estimate.illumination import sharpened as sharpened
 from fitting.estimate.optimum import SHAPES as SHAPES
-from fitting.estimate.optimum import NormalMatrix as NormalMatrix
 from fitting.estimate.optimum import bends as bends
 from fitting.estimate.optimum import normal_matrix as normal_matrix
 from fitting.estimate.optimum import score_drop as score_drop
 from fitting.estimate.robust import is_clean as is_clean
 from fitting.estimate.robust import residuals_of as residuals_of
 from fitting.estimate.robust import tukey as tukey
+from fitting.estimate.solver import Prior as Prior
 from fitting.estimate.solver import Problem as Problem
 from fitting.estimate.solver import Solution as Solution
 from fitting.estimate.solver import solve as solve

@@ -24,7 +24,17 @@ def frame_on(grid: Grid, numbers: np.ndarray | None = None) -> Frame:
     """
     half_y, half_x = ((n - 1) / 2 for n in grid.shape)
     frame = Frame(*grid.nodes, (half_x, half_y), float(np.hypot(half_x, half_y)), float(grid.block))
-    return frame if numbers is None or grid.block == 1 else frame._replace(contrast=_block_contrast(frame, numbers))
+    if numbers is None:
+        return frame
+    by_name = Numbers(*numbers)
+    x, y = (
+        (at - middle) / frame.unit - offset
+        for at, middle, offset in zip(
+            (frame.x, frame.y), frame.middle, (by_name.centre_x, by_name.centre_y), strict=True
+        )
+    )
+    frame = frame._replace(reach=float(np.hypot(x, y).max()))
+    return frame if grid.block == 1 else frame._replace(contrast=_block_contrast(frame, numbers))
 
 
 def _block_contrast(frame: Frame, numbers: np.ndarray) -> np.ndarray:
@@ -69,7 +79,7 @@ def fringes_of(model: GapModel | SceneModel) -> AbstractFringes:
 
 def moved_to(model: GapModel | SceneModel, grid: Grid, numbers: np.ndarray | None = None) -> GapModel | SceneModel:
     """The same model on the nodes of another grid; `numbers` as in `frame_on`."""
-    return replace(model, frame=frame_on(grid, numbers))
+    return replace(model, frame=frame_on(grid, numbers)._replace(reach=model.frame.reach))
 
 
 @dataclass(frozen=True)

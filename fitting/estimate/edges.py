@@ -42,13 +42,15 @@ def refine(
     count, low = len(NUMBERS), len(background)
     moving = problem.moving
     active = active_mask(moving, problem.degrees)
+    centre, cost = np.zeros((2, len(values)))
+    centre[:count], cost[:count] = problem.pull
     matrix, gradient = np.zeros((len(values),) * 2), np.zeros(len(values))
     for _ in range(_STEPS):
         matrix, gradient = _normal_equations(problem, reduced, values, active, scale)
-        values[active] += _solved(matrix[np.ix_(active, active)], gradient[active])
+        # What priors pull.
+        pull = gradient - cost * (values - centre)
+        values[active] += _solved((matrix + np.diag(cost))[np.ix_(active, active)], pull[active])
     numbers, background, contrast = np.split(values, [count, count + low])
-    cost = np.zeros(len(values))
-    cost[:count] = problem.pull[1]
     return Refined(numbers, background, contrast, NormalMatrix(matrix, gradient, values, active, cost))
 
 

@@ -11,7 +11,7 @@ from fitting.estimate.correlated_errors import fringe_correlation
 from fitting.estimate.elimination import CONTRAST, contrast_at_nodes, eliminate, normal_equations
 from fitting.estimate.fringe_sums import Residuals, at_blocks, fringe_count, sums
 from fitting.estimate.optimum import NormalMatrix, choose_degrees, normal_matrix
-from fitting.estimate.solver import Problem, Solution, solve, stay
+from fitting.estimate.solver import NO_PRIOR, Prior, Problem, Solution, solve, stay
 from fitting.model import BACKGROUND, GapModel, SceneModel, free_numbers
 from fitting.parameters import Numbers
 from fitting.photo import Photograph, Reduced, reduce
@@ -108,34 +108,43 @@ def finest(found: Fitted) -> float:
 
 
 def problem_of(
-    model: GapModel | SceneModel, fixed: dict, parts: tuple[str, ...], degrees: tuple[int, int] = (BACKGROUND, CONTRAST)
+    model: GapModel | SceneModel,
+    fixed: dict,
+    parts: tuple[str, ...],
+    degrees: tuple[int, int] = (BACKGROUND, CONTRAST),
+    prior: Prior = NO_PRIOR,
 ) -> Problem:
     """What the solver is asked, for what the user holds and the parts that are there."""
-    free = free_numbers(fixed, parts)
-    return Problem(fringes_of(model), free, degrees)
+    return Problem(fringes_of(model), free_numbers(fixed, parts), degrees, prior)
 
 
 def robust_fit(
-    model: GapModel | SceneModel, reduced: Reduced, starts: list[np.ndarray], fixed: dict, parts: tuple[str, ...] = ()
+    model: GapModel | SceneModel,
+    reduced: Reduced,
+    starts: list[np.ndarray],
+    fixed: dict,
+    parts: tuple[str, ...] = (),
+    prior: Prior = NO_PRIOR,
 ) -> Fitted:
     """Fit, and where blocks lie far off the fit, weight them down by Tukey's biweight, up to its fixed point.
 
     Dark fringes are those of a positive contrast: where it came out negative and the phase is free, half a turn puts it
     right.
     """
-    solution = _illuminated(model, reduced, starts, fixed, parts)
+    problem = problem_of(model, fixed, parts, prior=prior)
+    solution = _illuminated(problem, reduced, starts)
     if float(solution.point.modulus.mean()) < 0 and "phase" in solution.problem.free:
         turned = np.array(Numbers(*solution.numbers)._replace(phase=solution["phase"] + 0.5))
-        solution = _illuminated(model, reduced, [turned], fixed, parts)
+        solution = _illuminated(problem, reduced, [turned])
     left, scale = robust.residuals_of(solution, reduced, None), None
     spread = robust.spread_of(left, reduced.used)
     if not robust.is_clean(left, reduced, spread):
         weighted = replace(reduced, weights=robust.tukey(left.value, reduced, spread))
-        start = _illuminated(model, weighted, [solution.numbers], fixed, parts)
+        start = _illuminated(problem, weighted, [solution.numbers])
         settled = robust.settle(start.problem, reduced, start, spread)
         # What a bad first fit took for outliers may be none.
         if robust.is_clean(settled.left, reduced, settled.scale):
-            solution = _illuminated(model, reduced, [settled.solution.numbers], fixed, parts)
+            solution = _illuminated(problem, reduced, [settled.solution.numbers])
         else:
             solution, left, scale = settled
     if scale is None:
@@ -158,7 +167,7 @@ def finely(fit: Fitted, photograph: Photograph) -> Fitted:
         return fit
     pixels = reduce(photograph, 1, dtype=np.float64 if exact else np.float32)
     model = moved_to(fit.model, pixels.grid)
-    again = robust_fit(model, pixels, [fit.numbers], fit.fixed, fit.parts)
+    again = robust_fit(model, pixels, [fit.numbers], fit.fixed, fit.parts, fit.solution.problem.prior)
     return again if again.converged or not fit.converged else fit
 
 
@@ -178,9 +187,7 @@ def sharpened(found: Fitted) -> Fitted:
     return replace(found, solution=solution, left=left, matrix=last.matrix)
 
 
-def _illuminated(
-    model: GapModel | SceneModel, reduced: Reduced, starts: list[np.ndarray], fixed: dict, parts: tuple[str, ...]
-) -> Solution:
+def _illuminated(problem: Problem, reduced: Reduced, starts: list[np.ndarray]) -> Solution:
     """The optimum with the illumination that the image calls for.
 
     Many fringes tell it at once: the degrees are chosen on the optimum of full degree. A few are imitated by a
@@ -188,7 +195,6 @@ def _illuminated(
     from every start and from the others' optima, and the least Bayesian information criterion of the fits themselves
     decides; higher degrees then may join next to that optimum.
     """
-    problem = problem_of(model, fixed, parts)
     phase = problem.phase.fields(starts[0]).phase
     if fringe_count(reduced, phase) >= FEW:
         return converge(problem, reduced, starts[0])

@@ -44,19 +44,31 @@ _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
+class Prior:
+    """What is known before an image is seen: by number a value and its deviation; `variance`: of the light.
+
+    A variance per unit weight, in which a prior weighs against the image.
+    """
+
+    numbers: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    variance: float = 1.0
+
+
+NO_PRIOR = Prior()
+
+
+@dataclass(frozen=True)
 class Problem:
     """What is fitted: the phase's model, which of its numbers move, the illumination's degrees, and priors.
 
     `free`: names of `parameters.NUMBERS`; the others stay as they start. `degrees`: of background (0 to 6) and contrast
-    (0 to 4). `prior`: by name (value, standard deviation), normal; `variance`: of the light per unit weight, in which
-    they weigh against the image.
+    (0 to 4).
     """
 
     phase: AbstractFringes
     free: tuple[str, ...]
     degrees: tuple[int, int] = (BACKGROUND, CONTRAST)
-    prior: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    variance: float = 1.0
+    prior: Prior = NO_PRIOR
 
     @cached_property
     def moving(self) -> Bool[np.ndarray, " numbers"]:
@@ -66,8 +78,9 @@ class Problem:
     def pull(self) -> tuple[np.ndarray, np.ndarray]:
         """Centres of the priors and what a unit away from them costs, in chi-squared; by number, zero without."""
         none = (0.0, np.inf)
-        centre, sd = np.array([self.prior.get(name, none) for name in NUMBERS]).T
-        return centre, self.variance / sd**2
+        held = self.prior.numbers
+        centre, sd = np.array([held[name] if name in held and name in self.free else none for name in NUMBERS]).T
+        return centre, self.prior.variance / sd**2
 
 
 @dataclass(frozen=True)

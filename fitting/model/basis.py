@@ -1,5 +1,7 @@
 """The basis of the fringe moments: products of Chebyshev polynomials over the image."""
 
+from functools import cache
+
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -11,9 +13,12 @@ from newtonjax.numerics import chebyshev, cos_turns, sin_turns
 BACKGROUND, ENVELOPE = 6, 16
 
 
+@cache
 def degrees(limit: int) -> np.ndarray:
     """(degree in y, degree in x) of every product of Chebyshev polynomials up to a total degree, lowest first."""
-    return np.array([(j, total - j) for total in range(limit + 1) for j in range(total + 1)])
+    products = np.array([(j, total - j) for total in range(limit + 1) for j in range(total + 1)])
+    products.setflags(write=False)
+    return products
 
 
 def node_grid(count: int) -> tuple[np.ndarray, np.ndarray]:

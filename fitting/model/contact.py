@@ -17,12 +17,12 @@ _BESIDE = 0.2
 class Contact(AbstractPart):
     """A sphere that is flattened on the plate (Hertz 1882), by its disc's squared radius [half diagonals²].
 
-    In the disc the gap is nothing, so the phase is that of contact.
+    In the disc the gap is nothing, so the phase is that of contact, but for what oxides and reflection add to it.
     """
 
     name = "contact"
     parameters = ("contact",)
-    pins = ("phase",)
+    anchors = MappingProxyType({"phase": 0.04})
     edge = "contact"
     probes = tuple({"contact": square} for square in (0.003, 0.01, 0.03, 0.08))
     at_centre = True
@@ -50,8 +50,8 @@ class Contact(AbstractPart):
         same_turn = abs(numbers.phase - reference.phase) < _BESIDE
         return bool(same_turn and abs(numbers.contact - reference.contact) < _BESIDE * widest)
 
-    def pinned(self, numbers: Numbers, phase: float, turn: float) -> Numbers:
-        """Pinned, the phase beyond the disc allows a contact radius a turn: the nearest rung of that ladder.
+    def anchored(self, numbers: Numbers, phase: float, turn: float) -> Numbers:
+        """Anchored, the phase beyond the disc allows a contact radius a turn: the nearest rung of that ladder.
 
         Nearest to the phase of a positive contrast, since a negative one is the same as half a turn.
         """

@@ -6,6 +6,8 @@ from types import MappingProxyType
 from fitting.model.part import AbstractPart, Law
 from fitting.parameters import Numbers
 
+# Where the axis of a camera is, in half diagonals from its frame's middle.
+_AXIS = 0.015
 _ADVICE = "keep the rings in the middle of a longer focal length"
 # The two usual laws of distortion, from the image to the object and back, differ by 3 κ² in the fifth order: taken as
 # one and a half standard deviations where the image does not tell.
@@ -13,12 +15,17 @@ _FIFTH, _LAW = 2.0, "distortion's law"
 
 
 class Distortion(AbstractPart):
-    """The object's point is u (1 + κ |u|²) of the pixel's u; the pixel size is that of the middle."""
+    """The object's point is u (1 + κ |u|²) of the pixel's u, from the camera's axis; the pixel size is that there."""
 
     name = "distortion"
-    parameters = ("distortion",)
+    parameters = ("distortion", "axis_x", "axis_y")
+    axis = ("axis_x", "axis_y")
     is_warp = True
     radial_power = 1
+    priors = MappingProxyType({"distortion": (0.0, 0.1), "axis_x": (0.0, _AXIS), "axis_y": (0.0, _AXIS)})
+    prior_words = "10 % at half a diagonal, as eyepieces reach, about an axis near the middle"
+    # An eyepiece's and a telephone's; where the axis is, a fit that starts without a distortion does not see.
+    also_from = ({"distortion": -0.12}, {"distortion": 0.06})
     advice = MappingProxyType({"distortion": _ADVICE, _LAW: _ADVICE})
 
     def law(self, numbers: Numbers, present: Collection[str]) -> Law | None:
@@ -36,4 +43,7 @@ class FifthOrder(AbstractPart):
     needs = ("distortion",)
     is_warp = True
     radial_power = 2
+    # A wider one follows structure of other kinds, and buys it with the third order.
+    priors = MappingProxyType({"distortion_fifth_order": (0.0, 0.01)})
+    prior_words = "1 % at half a diagonal"
     advice = MappingProxyType({"fifth_order": _ADVICE})

@@ -8,6 +8,6 @@ class Film(AbstractPart):
 
     name = "film"
     needs = ("contact",)
-    frees = ("phase",)
+    lifts = ("phase",)
     # That of the phase.
     price = 1

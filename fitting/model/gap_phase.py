@@ -6,6 +6,7 @@ The formula is that of `model.GapModel`, which is its form for JAX; tests hold t
 import numpy as np
 from jaxtyping import Float
 
+from fitting.model.forming import form_slopes
 from fitting.model.parts import FLATTENING, REACHING
 from fitting.model.phase import GapModel
 from fitting.model.warp import Distance, reach
@@ -22,7 +23,7 @@ def phase(model: GapModel, x, y, numbers: Float[np.ndarray, " free"]) -> np.ndar
     w, spheres = _steepness(model, k)[0] * r2 * longer, _spheres(model, r2, k, longer)[0]
     per_order, per_turn = (w * _polynomial(table, w) for table in _tables(model, k))
     smooth = k * r2 * (spheres + per_order) + by_name.phase + _apex(model, by_name.phase) * per_turn
-    return smooth + flattened(model, r2, by_name)
+    return smooth + flattened(model, r2, by_name) + form_slopes(model.frame, x, y, by_name)[0]
 
 
 def squared_distance(model: GapModel, x, y, numbers: Float[np.ndarray, " free"]) -> np.ndarray:
@@ -75,7 +76,10 @@ def phase_and_slopes(
     for part in REACHING:
         for name, slope in part.reach_slopes(by_name, r2 * (k * by_reach + c2 * seen_w)).items():
             slopes[name] = slopes.get(name, 0.0) + slope
-    return k_r2 * (spheres + per_order) + k * flat + by_name.phase + height * per_turn, slopes
+    turns, forming = form_slopes(model.frame, x, y, by_name)
+    for name, slope in forming.items():
+        slopes[name] = slopes.get(name, 0.0) + slope
+    return k_r2 * (spheres + per_order) + k * flat + by_name.phase + height * per_turn + turns, slopes
 
 
 def _steepness(model: GapModel, k: float) -> tuple[float, float]:

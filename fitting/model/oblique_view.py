@@ -22,6 +22,9 @@ class ObliqueView(AbstractPart):
     parameters = ("stretch", "shear")
     is_warp = True
     stretches = ("stretch", "shear")
+    # Of each component of the log-stretch -ln cos θ of a view that is meant to be normal, and is within 10 degrees.
+    priors = MappingProxyType({"stretch": (0.0, 0.0187), "shear": (0.0, 0.0187)})
+    prior_words = "a view within 10 degrees of the normal"
     advice = MappingProxyType({"oblique_view": "look along the normal"})
 
     def reach(self, numbers: Numbers):

@@ -37,13 +37,19 @@ class AbstractPart:
     """A part of the model: its numbers, by name, and what they do to the phase.
 
     - `name`: what reports, budgets and `parts=` of a fit call it; `parameters`: its numbers, entries of `TABLE`.
-    - `needs`: parts without which there is none; `pins`: numbers of others that it holds, `frees`: that it lets go.
-    - `is_warp`: whether it bends the map from the image to the object alone; then a traced bench can have it too.
+    - `needs`: parts without which there is none; `anchors`: the phase of touching faces as a prior of the phase, with
+      its standard deviation [turns]; `lifts`: anchors of other parts that it takes away.
+    - `is_warp`: whether it is smooth in its numbers from 0 on, so that an answer is averaged over it; a traced bench
+      can have it, too, where it bends the map from the image to the object alone.
 
     What it does to that map, from a pixel u, counted from the middle in half diagonals, to the object's point:
 
     - `radial_power` p: its number c moves the point to u (1 + c |u|²ᵖ), next to those of other parts.
+    - `axis`: two numbers, where the camera's axis passes through the image, from its middle in half diagonals; u is
+      then counted from there. They mean nothing without the part, whose other numbers are 0 then.
     - `displacements`: where a unit of each number moves the point, as any (x, y).
+    - `polynomials`: by number, what a unit of it adds to the phase [turns]: coefficients of x^i y^j by (i, j), with x
+      and y from the rings' centre over the reach of the field from there.
     - `stretches`: two numbers, a and b; an offset from the rings' centre is exp([[a, b], [b, -a]] / 2) times as large.
 
     And to the gap, by `flatten`: `edge` is the number above 0 of which that has an edge which nodes do not resolve.
@@ -52,8 +58,10 @@ class AbstractPart:
 
     - `probes`: numbers that a score test tries, of a part that is searched from several `starts`; without them the test
       goes by the derivatives at 0. `at_centre`: whether it is seen only where the rings' centre is in the field.
+      `also_from`: numbers, beside those at 0, from which a fit with it starts too: it has optima of its own there.
     - `price`: of it in the criterion, in numbers, as many as it has unless given; `clear`: by how much better the
       criterion has to be with it.
+    - `priors`: by number, its value and standard deviation before the image is seen; `prior_words`: their reason.
     - `unfitted`: what is said where it was asked for and is not found; `advice`: by row of the budget, what makes the
       row smaller.
 
@@ -63,16 +71,21 @@ class AbstractPart:
     name: str
     parameters: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
-    pins: tuple[str, ...] = ()
-    frees: tuple[str, ...] = ()
+    anchors: Mapping[str, float] = MappingProxyType({})
+    lifts: tuple[str, ...] = ()
     is_warp: bool = False
     radial_power: int = 0
+    axis: tuple[str, ...] = ()
     stretches: tuple[str, str] | None = None
     edge: str = ""
     probes: tuple[Mapping[str, float], ...] = ()
+    also_from: tuple[Mapping[str, float], ...] = ()
     at_centre: bool = False
     price: int | None = None
     clear: float = 0.0
+    polynomials: Mapping[str, Mapping[tuple[int, int], float]] = MappingProxyType({})
+    priors: Mapping[str, tuple[float, float]] = MappingProxyType({})
+    prior_words: str = ""
     unfitted: str = "it is not found"
     advice: Mapping[str, str] = MappingProxyType({})
 
@@ -110,8 +123,8 @@ class AbstractPart:
         """Whether two searches end at the same optimum."""
         raise NotImplementedError
 
-    def pinned(self, numbers: Numbers, phase: float, turn: float) -> Numbers:
-        """The nearest numbers that it pins, for those of a fit in which another part frees these.
+    def anchored(self, numbers: Numbers, phase: float, turn: float) -> Numbers:
+        """The nearest numbers at its anchor, for those of a fit in which another part has lifted it.
 
         `phase`: of contact [turns]; `turn`: half a turn where the fit's contrast is negative.
         """

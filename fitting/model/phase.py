@@ -16,6 +16,7 @@ from jaxtyping import Array, Float
 from numpy.polynomial.chebyshev import chebvander
 
 from fitting.model.basis import ENVELOPE, node_grid
+from fitting.model.forming import form_turns
 from fitting.model.microscope import Microscope, microscope_on
 from fitting.model.part import Shown
 from fitting.model.parts import FLATTENING, PARTS, SHOWING, WARPS, numbers_of
@@ -101,7 +102,8 @@ class GapModel(eqx.Module):
         turns = numbers.phase - microscope.touching
         # As in `gap_phase`.
         apex = turns - microscope.modulo * jnp.floor(turns + 0.25)
-        return k * r2 * (spheres + per_order) + flattened + numbers.phase + (flattened + apex) * per_turn
+        smooth = k * r2 * (spheres + per_order) + flattened + numbers.phase + (flattened + apex) * per_turn
+        return smooth + form_turns(self.frame, x, y, numbers)
 
     def answer(self, quantities: Quantities, numbers: Numbers, contact_phase: float) -> Answer:
         """What its numbers say, for what is given."""
@@ -156,7 +158,7 @@ class SceneModel(eqx.Module):
     """
 
     words: ClassVar[str] = "traced bench"
-    parts: ClassVar[tuple[str, ...]] = WARPS
+    parts: ClassVar[tuple[str, ...]] = tuple(name for name in WARPS if not PARTS[name].polynomials)
     holds_turns: ClassVar[bool] = False
 
     frame: Frame

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.model.parts import DISPLACING, RADIAL, REACHING, STRETCHES
+from fitting.model.parts import AXIS, DISPLACING, RADIAL, REACHING, STRETCHES
 from fitting.parameters import Numbers
 
 # Small enough for derivatives by complex numbers to be exact to rounding.
@@ -17,7 +17,7 @@ class Frame(NamedTuple):
 
     The image may be means over blocks of `block` pixels a side: `contrast` [nodes] is what these leave of the fringes'
     (`block_contrast`, None for all of it), and they add a phase of (block² - 1) / 24 times its second derivatives, for
-    r² fringes k (block² - 1) / 6.
+    r² fringes k (block² - 1) / 6. `reach`: of the field from the rings' centre [units].
     """
 
     x: np.ndarray
@@ -26,6 +26,7 @@ class Frame(NamedTuple):
     unit: float
     block: float = 1.0
     contrast: np.ndarray | None = None
+    reach: float = 1.0
 
 
 def on_object(frame: Frame, x, y, numbers: Numbers):
@@ -34,7 +35,10 @@ def on_object(frame: Frame, x, y, numbers: Numbers):
     An offset from the centre is exp([[a, b], [b, -a]] / 2) times as large as without stretches.
     """
     x0, y0 = numbers.centre_x, numbers.centre_y
-    ux, uy = (x - frame.middle[0]) / frame.unit, (y - frame.middle[1]) / frame.unit
+    axis_x, axis_y = (getattr(numbers, name) for name in AXIS)
+    x0, y0 = x0 - axis_x, y0 - axis_y
+    ux = (x - frame.middle[0]) / frame.unit - axis_x
+    uy = (y - frame.middle[1]) / frame.unit - axis_y
     at_x, at_y = _displaced(ux, uy, ux * ux + uy * uy, numbers)
     # The centre is a pixel too; beyond the frame nothing is known of the lens.
     from_x, from_y = _displaced(x0, y0, jnp.minimum(x0 * x0 + y0 * y0, 1.0), numbers)
@@ -47,7 +51,7 @@ def on_object(frame: Frame, x, y, numbers: Numbers):
 
 
 def _displaced(ux, uy, u2, numbers: Numbers) -> tuple[Any, Any]:
-    """The object's point of a pixel, both from the middle in half diagonals, before stretches."""
+    """The object's point of a pixel, both from the axis in half diagonals, before stretches."""
     *lower, factor = (getattr(numbers, name) for name in RADIAL)
     for coefficient in reversed(lower):
         factor = coefficient + factor * u2
@@ -76,8 +80,9 @@ class Distance:
 
     def __init__(self, frame: Frame, x, y, numbers: Numbers):
         unit, (middle_x, middle_y) = frame.unit, frame.middle
-        x0, y0 = numbers.centre_x, numbers.centre_y
-        ux, uy = (x - middle_x) / unit, (y - middle_y) / unit
+        axis_x, axis_y = (getattr(numbers, name) for name in AXIS)
+        x0, y0 = numbers.centre_x - axis_x, numbers.centre_y - axis_y
+        ux, uy = (x - middle_x) / unit - axis_x, (y - middle_y) / unit - axis_y
         u2 = ux * ux + uy * uy
         # As in `on_object`.
         m2 = min(x0 * x0 + y0 * y0, 1.0)
@@ -98,34 +103,49 @@ class Distance:
             by_pixel, by_centre = by_pixel * u2, by_centre * m2
         for pair in STRETCHES:
             changes |= zip(pair, (by_a, by_b), strict=True)
-        factor, growth = self._at_centre()
+        factor, growth = self._radial(m2)
+        growth = growth if m2 < 1 else 0.0
         changes["centre_x"] = -unit * (factor * by_dx + growth * x0 * inwards)
         changes["centre_y"] = -unit * (factor * by_dy + growth * y0 * inwards)
+        # The axis moves pixel and centre alike.
+        factor, growth = self._radial(u2)
+        changes[AXIS[0]] = -unit * (factor * by_dx + growth * ux * radial) - changes["centre_x"]
+        changes[AXIS[1]] = -unit * (factor * by_dy + growth * uy * radial) - changes["centre_y"]
         for part in DISPLACING:
             pixel_ways, centre_ways = part.displacements(ux, uy, u2), part.displacements(x0, y0, m2)
             for name, (way_x, way_y) in pixel_ways.items():
                 from_x, from_y = centre_ways[name]
                 changes[name] = unit * ((way_x - from_x) * by_dx + (way_y - from_y) * by_dy)
-                for centre, (slope_x, slope_y) in self._centre_ways(part, name).items():
-                    changes[centre] = changes[centre] - unit * (slope_x * by_dx + slope_y * by_dy)
+                value = getattr(self.numbers, name)
+                at_pixel, at_centre = _ways(part, name, ux, uy), _ways(part, name, x0, y0, m2 if m2 >= 1 else None)
+                for axis in (0, 1):
+                    pixel, centre = (
+                        unit * value * (slope_x * by_dx + slope_y * by_dy)
+                        for slope_x, slope_y in (at_pixel[axis], at_centre[axis])
+                    )
+                    changes[("centre_x", "centre_y")[axis]] -= centre
+                    changes[AXIS[axis]] += centre - pixel
         return changes
 
-    def _at_centre(self) -> tuple[float, float]:
-        """The radial factor at the centre, and its growth with the centre's squared distance; none beyond the frame."""
-        m2, factor, growth = self.centre[2], 0.0, 0.0
+    def _radial(self, square) -> tuple[Any, Any]:
+        """The radial factor at a squared distance from the axis, and twice its growth with that."""
+        factor, growth = 0.0, 0.0
         coefficients = [getattr(self.numbers, name) for name in RADIAL]
         for power, coefficient in reversed(list(enumerate(coefficients, 1))):
-            factor, growth = factor * m2 + coefficient, growth * m2 + power * coefficient
-        return 1 + m2 * factor, 2 * growth if m2 < 1 else 0.0
+            factor, growth = factor * square + coefficient, growth * square + power * coefficient
+        return 1 + square * factor, 2 * growth
 
-    def _centre_ways(self, part, name: str) -> dict[str, tuple[float, float]]:
-        """How a part displaces the centre as the centre moves (complex step: Squire and Trapp 1998)."""
-        x0, y0, m2 = self.centre
-        value, ways = getattr(self.numbers, name), {}
-        for centre, (x, y) in {"centre_x": (complex(x0, _STEP), y0), "centre_y": (x0, complex(y0, _STEP))}.items():
-            way_x, way_y = part.displacements(x, y, x * x + y * y if m2 < 1 else m2)[name]
-            ways[centre] = value * complex(way_x).imag / _STEP, value * complex(way_y).imag / _STEP
-        return ways
+
+def _ways(part, name: str, x, y, square=None) -> list[tuple[Any, Any]]:
+    """How what a part displaces changes with x and with y (complex step: Squire and Trapp 1998).
+
+    `square`: what stands for x² + y², and does not change, beyond the frame.
+    """
+    ways = []
+    for at_x, at_y in ((x + 1j * _STEP, y + 0j), (x + 0j, y + 1j * _STEP)):
+        way = part.displacements(at_x, at_y, at_x * at_x + at_y * at_y if square is None else square)[name]
+        ways.append(tuple(np.imag(np.asarray(along, complex)) / _STEP for along in way))
+    return ways
 
 
 def _stretched(dx, dy, a, b):

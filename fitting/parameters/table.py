@@ -79,6 +79,15 @@ _SPECS = (
     ParameterSpec("distortion", "κ", bounds=(-0.15, 0.15), in_fit=True),
     ParameterSpec("contact", "a²", bounds=(0.0, 0.3), in_fit=True),
     ParameterSpec("distortion_fifth_order", "κ₅", bounds=(-0.05, 0.05), in_fit=True),
+    # Of the distortion, from the image's middle, in half diagonals.
+    ParameterSpec("axis_x", "x", bounds=(-1.0, 1.0), in_fit=True),
+    ParameterSpec("axis_y", "y", bounds=(-1.0, 1.0), in_fit=True),
+    # Turns at the rim of the field.
+    *(
+        ParameterSpec(f"{term}_{along}", "c", bounds=(-1.0, 1.0), in_fit=True)
+        for term in ("coma", "trefoil", "astigmatism", "tetrafoil")
+        for along in "xy"
+    ),
 )  # fmt: skip
 TABLE = {spec.name: spec for spec in _SPECS}
 # Of every number in a result; the last ones are of pictures, the scale also without a pixel size.

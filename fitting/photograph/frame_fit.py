@@ -8,9 +8,8 @@ import numpy as np
 
 from fitting.estimate import Fitted
 from fitting.parameters import EXPONENTS, UNITS, Numbers, Parameter, Quantities, block_of
-from fitting.photograph.numbers import mean_scale
 from fitting.photograph.result import FitResult
-from fitting.photograph.summary import variance_of
+from fitting.photograph.variance import variance_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,15 +61,14 @@ class FrameScale:
     """From a frame's numbers to quantities; what a searched frame's budget adds to the noise goes for all after it.
 
     - `half`: turns at a gap of nothing; `plate`: radius of the plate [m]; `gap`: the one that is held [m].
-    - `relative`, `beside`: relative standard deviation of the fringe scale by the image, with noise and apart from it;
-      `given`: of the answer by what is given; `message`: of a fit without a scale.
+    - `beside`: relative standard deviation of the fringe scale by the image apart from noise; `given`: of the answer by
+      what is given; `message`: of a fit without a scale.
     """
 
     known: Quantities
     half: float
     plate: float | None
     gap: float | None
-    relative: float = 0.0
     beside: float = 0.0
     given: float = 0.0
     message: str = ""
@@ -90,7 +88,6 @@ class FrameScale:
         rows = [sd for source, sd in result.budget if source in self.known.sd or source == "plate_radius"]
         return replace(
             self,
-            relative=relative,
             beside=float(np.sqrt(max(relative**2 - noise**2, 0.0))),
             given=float(np.linalg.norm(rows)) / answer.value if answer and rows else 0.0,
             message=result.message,
@@ -101,9 +98,6 @@ class FrameScale:
         frame, sds, numbers = fitted.model.frame, _deviations(fitted), Numbers(*fitted.numbers)
         scale = numbers.curvature / frame.unit**2
         relative = np.hypot(sds.curvature / abs(numbers.curvature), self.beside)
-        if self.known.unknown is None and "distortion" in fitted.parts:
-            # As in `fit`: on the mean of the field, in which what is uncertain of the distortion cancels.
-            scale, relative = scale * mean_scale(fitted, fitted.numbers), self.relative
         x, y = frame.middle
         row = FrameFit(
             number,

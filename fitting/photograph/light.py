@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fitting.estimate import SHAPES, problem_of, solve
+from fitting.estimate import SHAPES, solve
 from fitting.photograph.selection import Choice
 
 # The least degrees of background and contrast that a few fringes are compared with.
@@ -24,7 +24,7 @@ def with_richer_light(choice: Choice) -> Choice:
     shape = SHAPES[max(SHAPES.index(fit.shape) + 1, SHAPES.index(_RICHER))]
     weighted = replace(fit.reduced, weights=fit.left.weights)
     with np.errstate(over="ignore", invalid="ignore"):
-        solution = solve(problem_of(fit.model, fit.fixed, fit.parts, shape), weighted, fit.numbers)
+        solution = solve(replace(fit.solution.problem, degrees=shape), weighted, fit.numbers)
     if not (solution.converged and np.isfinite(solution.numbers).all()):
         return choice
     return choice._replace(rivals=(*choice.rivals, ("light behind few fringes", replace(fit, solution=solution))))

@@ -9,7 +9,7 @@ import numpy as np
 
 from fitting.estimate import FEW, Fitted, finely, frame_on, robust_fit, sharpened
 from fitting.finding import Rings, evidence_of, find_rings, follow, settled, view_of
-from fitting.model import WARPS, GapModel, Microscope, microscope_on, scene_start
+from fitting.model import PARTS, GapModel, Microscope, microscope_on, scene_start
 from fitting.parameters import (
     AbstractResult,
     Numbers,
@@ -21,9 +21,18 @@ from fitting.parameters import (
 )
 from fitting.photo import Photograph, block_size, pixels_of, reduce
 from fitting.photograph.light import with_richer_light
+from fitting.photograph.priors import Priors, may_be_cut
 from fitting.photograph.result import FitResult
 from fitting.photograph.second_look import rings_in_the_middle
-from fitting.photograph.selection import Choice, adapt
+from fitting.photograph.selection import (
+    Choice,
+    Complete,
+    at_the_mean,
+    averaged,
+    complete,
+    with_another_curve,
+    without_parts,
+)
 from fitting.photograph.summary import report
 from fitting.photograph.task import Task, task_of
 from fitting.photograph.transfer import linearized
@@ -37,8 +46,6 @@ from newtonjax.scene import Scene
 _MANY_BLOCKS, _BEARABLE = 500_000, 0.2
 # Blocks to a side of the lit field, at least.
 _FEWEST_BLOCKS = 64
-# Fringes that explain less than this may be bent.
-_HALF_FOUND = 0.7
 
 
 @says_its_origin
@@ -152,12 +159,13 @@ def _given_rings(task: Task) -> Rings:
 def solve(task: Task, rings: Rings) -> Choice:
     """The fit of the gap formula with the parts that it needs, on codes that follow the light."""
     plain = _plain(task, rings)
-    choice = _with_parts(task, rings, plain)
-    if not task.keeps_curve and (linear := linearized(task.photograph, choice.found)) is not None:
+    with_all = _with_parts(task, rings, plain)
+    if not task.keeps_curve and (linear := linearized(task.photograph, with_all.fit)) is not None:
         task = replace(task, photograph=linear)
-        plain = _plain(task, rings, plain)
-        choice = _with_parts(task, rings, plain, choice.found)
-    return choice._replace(found=sharpened(finely(choice.found, task.photograph)))
+        again = with_another_curve(with_all, linear)
+        with_all = again or _with_parts(task, rings, _plain(task, rings, plain), with_all)
+    choice = averaged(with_all)
+    return at_the_mean(choice._replace(found=sharpened(finely(choice.found, task.photograph))))
 
 
 def _plain(task: Task, rings: Rings, before: Fitted | None = None) -> Fitted:
@@ -196,40 +204,23 @@ def _block(photograph: Photograph, rings: Rings) -> int:
     return max(1, min(block, int(min(np.ptp(x), np.ptp(y))) // _FEWEST_BLOCKS))
 
 
-def _with_parts(task: Task, rings: Rings, plain: Fitted, before: Fitted | None = None) -> Choice:
-    """A fit of the gap formula with the parts that it needs, next to one without.
+def _with_parts(task: Task, rings: Rings, plain: Fitted, before: Complete | None = None) -> Complete:
+    """A fit of the gap formula with all parts that may be there.
 
-    A bench has parts of its own: then, as without a pixel size, where a distortion has nothing to be measured against,
-    warps are tried only where the rings are not found without them: where a fit is refused, or leaves more than twice
-    what is left with them.
+    A bench has parts of its own: then they are tried only where the rings are not found without them. What a grid says
+    of the camera is there for certain.
     """
-    photograph, wishes, contact_phase = task.photograph, task.wishes, task.contact_phase
-    scaled = task.scene is None and task.quantities.unknown is not None
-    is_refused = not scaled and why_refused(plain, photograph, rings, task.is_guided) is not None
-    if is_refused and plain.orders < FEW and not any(wishes.values()):
-        # Parts may imitate whatever so few fringes leave over.
-        return Choice(plain, {}, photograph)
-    if scaled or is_refused:
-        return adapt(plain, photograph, wishes, contact_phase, before)
-    if task.scene is not None:
-        return Choice(plain, {}, photograph)
-    # What an earlier choice has needed, the same photograph with another curve needs too, however much is explained.
-    if before is not None and any(part in before.parts for part in WARPS):
-        warped = adapt(plain, photograph, wishes, contact_phase, before)
-        if _halves(warped.found, plain):
-            return warped
-    choice = adapt(plain, photograph, dict.fromkeys(WARPS, False) | wishes, contact_phase, before)
-    if choice.found.explained < _HALF_FOUND:
-        warped = adapt(plain, photograph, wishes, contact_phase, before)
-        if _halves(warped.found, choice.found):
-            return warped
-    untried = dict.fromkeys(WARPS, "not tried: without a pixel size the image does not need it")
-    return choice._replace(evidence=untried | choice.evidence)
+    photograph, wishes, priors = task.photograph, task.wishes, _priors(task)
+    is_refused = bool(why_refused(plain, photograph, rings, task.is_guided))
+    are_few = is_refused and plain.orders < FEW and not any(wishes.values())
+    if are_few or (task.scene is not None and not is_refused):
+        return without_parts(plain, photograph, priors)
+    of_camera = [name for name, part in PARTS.items() if set(part.parameters) & set(task.priors)]
+    return complete(plain, photograph, dict.fromkeys(of_camera, True) | wishes, priors, before)
 
 
-def _halves(fit: Fitted, reference: Fitted) -> bool:
-    """Whether a fit leaves less than half of what another one leaves."""
-    return fit.converged and 1 - fit.explained < 0.5 * (1 - reference.explained)
+def _priors(task: Task) -> Priors:
+    return Priors(task.contact_phase, task.priors, may_be_cut(task.photograph.mask.shape))
 
 
 def solve_bench(scene: Scene, task: Task, choice: Choice) -> Choice:
@@ -244,5 +235,5 @@ def solve_bench(scene: Scene, task: Task, choice: Choice) -> Choice:
     if not bench.explained > 0.5 * gap.explained:
         reason = Reason.SCENE_MISFIT(explained=max(bench.explained, 0.0), by_rings=gap.explained)
         raise RefusedError(reason, photograph)
-    choice = adapt(bench, photograph, task.wishes, task.contact_phase)
+    choice = averaged(complete(bench, photograph, task.wishes, _priors(task)))
     return choice._replace(found=finely(choice.found, photograph))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fitting.estimate import Fitted, bends, fringes_of
-from fitting.model import Distance, free_numbers, numbers_of, shown_of
+from fitting.model import free_numbers, shown_of
 from fitting.parameters import (
     EXPONENTS,
     NUMBERS,
@@ -21,7 +21,6 @@ from fitting.parameters import (
     rescaled,
     result_names,
 )
-from fitting.photo import thin
 from fitting.reasons import Reason
 
 
@@ -67,7 +66,6 @@ def measured(
         "parameters": parameters,
     }
     if known.unknown is None or gap is None:
-        common |= _on_the_mean(fit, common, spread, units, moving)
         missing = " and ".join(name for name in EXPONENTS if name not in known.given)
         return common | {"status": "no-scale", "message": Reason.NO_SCALE(missing=missing)}
     effects = {n: _effect(fit, known, n) * values[known.unknown] / values[n] for n, sd in known.sd.items() if sd}
@@ -129,48 +127,6 @@ def _on_plate(known: Quantities, values: dict[str, float], budget: list) -> tupl
     factor = (values["radius"] / effective) ** 2
     rows = [(source, factor * row) for source, row in budget]
     return [*rows, ("plate_radius", (values["radius"] / other) ** 2 * sd)], factor
-
-
-def _on_the_mean(
-    fit: Fitted, common: dict, spread: np.ndarray, units: dict[str, float], moving: tuple[str, ...]
-) -> dict:
-    """Fringe scale, its deviation and the covariance, where the scale is that of the mean of the field."""
-    numbers, scale = fit.numbers, common["fringe_scale_per_px2"]
-    mean, step, first = mean_scale(fit, numbers), 1e-5, NUMBERS.index("curvature")
-    slope = np.array(
-        [
-            (mean_scale(fit, numbers + e) - mean_scale(fit, numbers - e)) / (2 * step)
-            for e in step * np.eye(len(numbers))
-        ]
-    )
-    # Columns of the covariance are in units of the answer, the slope is per free number.
-    change = np.eye(len(numbers))
-    change[first] = scale * slope / np.array([units.get(name) or 1.0 for name in NUMBERS])
-    change[first, first] += mean
-    changed = change @ spread @ change.T
-    beside = max(common["fringe_scale_sd"] ** 2 - spread[first, first], 0.0) * mean**2
-    return {
-        "fringe_scale_per_px2": scale * mean,
-        "fringe_scale_sd": float(np.sqrt(max(changed[first, first], 0.0) + beside)),
-        "covariance": block_of(changed, moving),
-    }
-
-
-def mean_scale(fit: Fitted, numbers: np.ndarray) -> float:
-    """What a distortion makes of the scale on the mean of the field: slope of the object's r² over the image's.
-
-    A view's stretch is left out: of determinant 1, it keeps the scale, and the slope would depend on the field's sides.
-    """
-    frame = fit.model.frame
-    rows, columns = np.nonzero(fit.left.weights[thin(fit.left.weights > 0, 20_000)] > 0)
-    step = thin(fit.left.weights > 0, 20_000)[0].step
-    x, y = fit.reduced.grid.x[columns * step], fit.reduced.grid.y[rows * step]
-    at = Numbers(*numbers)._replace(**dict.fromkeys(numbers_of(("oblique_view",)), 0.0))
-    unit, middle = frame.unit, frame.middle
-    dx, dy = x - at.centre_x * unit - middle[0], y - at.centre_y * unit - middle[1]
-    in_image = dx**2 + dy**2
-    in_image = in_image - in_image.mean()
-    return float(in_image @ Distance(frame, x, y, at).r2 / (in_image @ in_image))
 
 
 def _parameter(name: str, value: float, sd: float, held: bool) -> Parameter:

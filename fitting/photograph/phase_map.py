@@ -1,16 +1,21 @@
 """Where fringes lie against a fit of them: an image demodulated by the fit's phase, and unwrapped."""
 
+from collections.abc import Mapping
+from typing import NamedTuple
+
 import numpy as np
 from scipy import ndimage
 
-from fitting.estimate import Fitted
+from fitting.estimate import Fitted, Problem, Solution
 from fitting.model import gap_phase, numbers_of
-from fitting.parameters import slots_of
-from fitting.photo import block_means
+from fitting.parameters import NUMBERS, Numbers, slots_of
+from fitting.photo import Reduced, block_means
 
 # A phase that misses the fringes by more than this (root mean square) [turns] is followed from block to block first;
 # that takes so many fringes, and so many blocks to a side.
 _ASTRAY, _MANY, _BLOCKS = 0.1, 20.0, 40
+# Places to a side where only the nearest of many starts is looked for; steps while what is replaced is held, and after.
+_FEW_BLOCKS, _FOLLOWING, _STEPS = 20, 3, 8
 
 
 def followed(fit: Fitted, parts: tuple[str, ...]) -> np.ndarray | None:
@@ -18,7 +23,7 @@ def followed(fit: Fitted, parts: tuple[str, ...]) -> np.ndarray | None:
     numbers, model = fit.numbers, fit.solution.problem.phase.exact
     if model is None or fit.orders < _MANY:
         return None
-    x, y, difference, strength = phase_map(fit)
+    x, y, difference, strength = phase_map(fit.reduced, fit.phase)
     if not np.any(strength) or np.sqrt(np.average(difference**2, weights=strength)) < _ASTRAY:
         return None
     names = ("curvature", "centre_x", "centre_y", "phase", *numbers_of(parts))
@@ -31,18 +36,65 @@ def followed(fit: Fitted, parts: tuple[str, ...]) -> np.ndarray | None:
     return trial if np.isfinite(trial).all() else None
 
 
-def phase_map(fit: Fitted) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """By how much the fringes are ahead of the fit, place by place: x, y [px], turns, and strength.
+class End(NamedTuple):
+    """Numbers that make the fringes' phase, and what they cost: the difference in chi-squared, and priors."""
 
-    The image is demodulated by the fit's phase, averaged over some forty places to a side, and its argument unwrapped.
+    numbers: np.ndarray
+    cost: float
+
+
+class Target:
+    """Where the fringes of an image lie, place by place, as a fit of about the same phase tells."""
+
+    def __init__(self, solution: Solution, reduced: Reduced, phase: np.ndarray):
+        self.x, self.y, ahead, strength = phase_map(reduced, phase, _FEW_BLOCKS)
+        self.turns = solution.problem.phase.slopes_at(self.x, self.y, solution.numbers)[0] + ahead
+        # A phasor is half of the fringes' swing; they average over all phases.
+        self.root = 2 * np.pi * np.sqrt(2 * strength * solution.weight / max(len(self.x), 1))
+
+    def nearest(self, problem: Problem, numbers: np.ndarray, start: Mapping[str, float]) -> End:
+        """The numbers that come nearest, priors and all, from some of them as they start: by Gauss and Newton's steps.
+
+        These are held until the others have followed them.
+        """
+        numbers = np.array(Numbers(*numbers)._replace(**start))
+        released = np.flatnonzero(problem.moving & ~np.isin(NUMBERS, list(start)))
+        # A step may lead anywhere: what is no number there is not nearer.
+        with np.errstate(over="ignore", invalid="ignore"):
+            numbers = self._stepped(problem, numbers, released, _FOLLOWING).numbers
+            return self._stepped(problem, numbers, np.flatnonzero(problem.moving), _STEPS)
+
+    def _stepped(self, problem: Problem, numbers: np.ndarray, moving: np.ndarray, most: int) -> End:
+        centre, cost = problem.pull
+        names, held = [NUMBERS[at] for at in moving], np.diag(np.sqrt(cost))[:, moving]
+        end, share, step = End(numbers, np.inf), 1.0, np.zeros(len(moving))
+        for _ in range(most):
+            turns, slopes = problem.phase.slopes_at(self.x, self.y, numbers)
+            astray = np.concatenate([(self.turns - turns) * self.root, np.sqrt(cost) * (centre - numbers)])
+            total = float(astray @ astray)
+            if total < end.cost:
+                end, share = End(numbers, total), 1.0
+                rows = np.concatenate([np.stack([slopes[name] for name in names], axis=1) * self.root[:, None], held])
+                step = np.linalg.lstsq(rows, astray, rcond=1e-12)[0]
+            else:
+                share /= 4
+            numbers = end.numbers.copy()
+            numbers[moving] += share * step
+        return end
+
+
+def phase_map(reduced: Reduced, phase: np.ndarray, to_a_side: int = _BLOCKS) -> tuple[np.ndarray, ...]:
+    """By how much the fringes are ahead of a fit, place by place: x, y [px], turns, and strength.
+
+    The image is demodulated by the fit's phase at every block, averaged over some places to a side, and its argument
+    unwrapped.
     """
     from skimage.restoration import unwrap_phase
 
-    reduced = fit.reduced
-    factor = max(2, min(reduced.light.shape) // _BLOCKS)
+    factor = max(2, min(reduced.light.shape) // to_a_side)
     used = reduced.used
     background = block_means(reduced.light, factor)
-    turns = np.exp(-2j * np.pi * fit.phase) * used
+    turns = np.exp(-2j * np.pi * phase) * used
     total, share = block_means(reduced.light * turns, factor), block_means(turns, factor)
     covered = block_means(used.astype(float), factor)
     phasors = total - share * background / np.maximum(covered, 1e-3)

@@ -53,7 +53,7 @@ class FitResult(AbstractResult):
       `message`: the reason.
     - `radius`, `radius_sd` (total), `radius_interval` (95 %), `radius_sd_noise`.
     - `fringe_scale_per_px2`: s²/(R λ) times the gap's index, what the image alone says; where there is a distortion,
-      in the image's middle, or without a pixel size on the mean of the field; `fringe_scale_sd`: all but what is given.
+      on the camera's axis; `fringe_scale_sd`: all but what is given.
     - `centre_px` (x, y); `gap`: at the centre, known modulo half a wavelength in the gap; `contact_radius`: of the disc
       that is pressed flat, None without.
     - `explained_variance`: share of the variance about a smooth background that the fringes explain.
@@ -61,6 +61,7 @@ class FitResult(AbstractResult):
     - `per_percent`: by how much 1 % of a given quantity moves the measured one, for those without standard deviation.
     - `parameters` by name; `covariance` of those free, from noise, in the order `names`.
     - `residual` [rows, columns]: photograph less model, in units of the photograph's brightest pixels.
+    - `priors`: by number of a part that may be there: value and standard deviation before the image is seen, and why.
     - `rivals`: what else may have made the rings, by name: value of a statistic, its limit, and the consequence
       ("refusal", "budget" or "warning").
     - `evidence`: what `fitting.sample` draws from.
@@ -83,6 +84,7 @@ class FitResult(AbstractResult):
     per_percent: dict[str, float] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
     model: dict[str, str] = field(default_factory=dict)
+    priors: dict[str, dict[str, Any]] = field(default_factory=dict)
     rivals: list[Finding] = field(default_factory=list)
     seconds: float = 0.0
     parameters: dict[str, Parameter] = field(default_factory=dict)
@@ -150,6 +152,7 @@ class FitResult(AbstractResult):
             "budget": [{"source": source, TABLE[self.measured].sd_key: sd} for source, sd in self.budget],
             "per_percent": dict(self.per_percent),
             "model": dict(self.model),
+            "priors": {name: dict(prior) for name, prior in self.priors.items()},
             "rivals": [finding._asdict() | {"words": str(finding.words)} for finding in self.rivals],
             "measured": self.measured,
             "parameters": {name: asdict(parameter) for name, parameter in self.parameters.items()},
@@ -187,6 +190,7 @@ class FitResult(AbstractResult):
             per_percent=dict(saved.get("per_percent", {})),
             warnings=warnings,
             model=dict(saved["model"]),
+            priors=dict(saved.get("priors", {})),
             rivals=[Finding(**finding) for finding in saved.get("rivals", ())],
             seconds=saved["seconds"],
             parameters=parameters_from(saved),
@@ -220,6 +224,14 @@ class FitResult(AbstractResult):
         scope = "does not include all" if counted else "is of the image alone"
         return [f"    ± {scope}: {names} {have} no standard deviation; {'; '.join(effects)}"]
 
+    def _of_priors(self) -> list[str]:
+        """What was taken for granted before the image was seen, a line for each reason."""
+        alike: dict[tuple, list[str]] = {}
+        for name, prior in self.priors.items():
+            alike.setdefault(tuple(prior.values()), []).append(name)
+        lines = [f"    {', '.join(names)}: {value:g} ± {sd:.2g}, {why}" for (value, sd, why), names in alike.items()]
+        return ["[[Priors]]", *lines] if lines else []
+
     def report(self) -> str:
         """The result as text: the answer, its budget, the parameters, and what was modelled."""
         lines = [f"[[Result]]  {self.status}" + (f": {self.message}" if self.message else "")]
@@ -250,6 +262,7 @@ class FitResult(AbstractResult):
                 lines += [f"    {name:<{width}} {text.rstrip()}" + (" (given)" if parameter.fixed else "")]
         if self.model:
             lines += ["[[Model]]"] + [f"    {part:<12} {why}" for part, why in self.model.items()]
+        lines += self._of_priors()
         if self.warnings:
             lines += ["[[Warnings]]"] + [f"    {text}" for text in self.warnings]
         return "\n".join(lines)

@@ -110,7 +110,7 @@ def _fit(photograph: Photograph, last: Fitted, start: np.ndarray) -> Fitted | No
     """The optimum with the last frame's parts and degrees of the illumination; None where there is none near."""
     reduced = reduce(photograph, last.reduced.grid.block, dtype=last.reduced.light.dtype.type)
     model = moved_to(last.model, reduced.grid, start)
-    problem = problem_of(model, last.fixed, last.parts, last.shape)
+    problem = problem_of(model, last.fixed, last.parts, last.shape, last.solution.problem.prior)
     solution = _nearest(problem, _with_weights_of(last, reduced), start, last)
     same_sign = solution.point.modulus.mean() * last.solution.point.modulus.mean() > 0
     if not (solution.converged and np.isfinite(solution.chi2) and same_sign):

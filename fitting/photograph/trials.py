@@ -4,7 +4,7 @@ They are made on blocks coarser than the final fit's, whose contrast is lowered 
 no last digit.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 from typing import NamedTuple
@@ -17,17 +17,21 @@ from fitting.estimate import (
     Fitted,
     Residuals,
     Solution,
+    at_blocks,
     finest,
+    fringe_correlation,
     moved_to,
     problem_of,
     residuals_of,
     solve,
     tukey,
 )
-from fitting.model import BACKGROUND, PARTS, SEARCHED, WARPS, numbers_of
+from fitting.model import AXIS, BACKGROUND, PARTS, SEARCHED, WARPS, numbers_of
 from fitting.parameters import TABLE, Numbers
 from fitting.photo import Photograph, Reduced, pixels_of, reduce
-from fitting.photograph.phase_map import followed
+from fitting.photograph.phase_map import Target, followed
+from fitting.photograph.priors import Priors
+from fitting.photograph.variance import variance_of
 
 # A trial that has not settled after so many new moments is judged as it is; the chosen one is fitted again. Its phase
 # may be so far from the moments' [turns].
@@ -37,6 +41,8 @@ _TOLERANCE = 0.02
 # Steps of a trial, and of each disc's before the best ones go on, and how many these are: false optima are near. One
 # that then has so many times the least chi-squared is on none of the best.
 _STEPS, _FIRST_STEPS, _FURTHER, _FALSE = 60, 3, 4, 2.0
+# Where the axis of a picture that has been cut is looked for, in half diagonals from its middle.
+_AXES = ((0.0, 0.0), (0.2, 0.0), (-0.2, 0.0), (0.0, 0.2), (0.0, -0.2))
 # Cycles of the finest fringe in a block of a trial, and blocks to a side that are left, at least.
 _CYCLES, _FEWEST = 0.4, 64
 
@@ -54,31 +60,47 @@ class Trial(NamedTuple):
 
 
 class Trials:
-    """Fits with parts next to a plain one."""
+    """Fits with parts next to one of fewer parts, or of none."""
 
-    def __init__(self, found: Fitted, photograph: Photograph, wishes: dict[str, bool], before: Fitted | None):
-        self.found, self.wishes = found, wishes
+    def __init__(
+        self, fitted: Fitted, photograph: Photograph, wishes: dict[str, bool], priors: Priors, before: Fitted | None
+    ):
+        self.fitted, self.wishes, self.priors = fitted, wishes, priors
         # Numbers of an earlier choice, on the same photograph with another curve: a better start than any.
         self.before = None if before is None or not before.parts else before
-        self.reduced = _coarser(found, photograph)
-        self.model = moved_to(found.model, self.reduced.grid, found.numbers)
+        self.reduced = _coarser(fitted, photograph)
+        self.model = moved_to(fitted.model, self.reduced.grid, fitted.numbers)
         self.rim = rim(photograph.lit)
         # A criterion counts chi-squared in units of the correlated variance.
-        self.tolerance = _TOLERANCE * found.correlation
-        self.plain = self._plain()
+        self.tolerance = _TOLERANCE * fitted.correlation
+        # A prior weighs against the image in units of the correlated variance, which means over blocks leave.
+        self.variance = variance_of(fitted)[0] * (fitted.reduced.grid.block / self.reduced.grid.block) ** 2
+        self.first = self._first()
+        self.variance = self._variance(self.first)
 
-    def _plain(self) -> Trial:
-        """The plain fit on the coarse blocks; its outliers are known."""
-        first = self.fit((), self.found.numbers)
+    def gain(self, trial: Trial) -> float:
+        """The variance of the light that a trial leaves over, by that of the first one."""
+        return self._variance(trial) / self.variance
+
+    def _variance(self, trial: Trial) -> float:
+        weights = tukey(trial.left.value, self.reduced)
+        square = float((weights * trial.left.value**2).sum(dtype=float))
+        inflation = fringe_correlation(self.reduced.grid, trial.left._replace(weights=weights))
+        return square / float(weights.sum(dtype=float)) * inflation
+
+    def _first(self) -> Trial:
+        """The same fit on the coarse blocks; its outliers are known."""
+        first = self.fit(self.fitted.parts, self.fitted.numbers)
         weighted = replace(self.reduced, weights=tukey(first.left.value, self.reduced))
         solution = solve(first.solution.problem, weighted, first.numbers)
-        return Trial(solution, residuals_of(solution, self.reduced, None), ())
+        return Trial(solution, residuals_of(solution, self.reduced, None), self.fitted.parts)
 
     def fit(self, parts: tuple[str, ...], numbers: np.ndarray, steps: int = _STEPS) -> Trial:
         """A fit with parts from given numbers, of which those of other parts are left out."""
-        shape = self.found.shape if self.found.orders < FEW else (BACKGROUND, CONTRAST)
-        problem = problem_of(self.model, self.found.fixed, parts, shape)
-        start = _without(numbers, parts)
+        shape = self.fitted.shape if self.fitted.orders < FEW else (BACKGROUND, CONTRAST)
+        start = without(numbers, parts)
+        prior = self.priors.of(parts, start, self.variance)
+        problem = problem_of(self.model, self.fitted.fixed, parts, shape, prior)
         solution = solve(
             problem, self.reduced, start, tolerance=self.tolerance, rounds=_ROUNDS, near=_NEAR, steps=steps
         )
@@ -90,26 +112,56 @@ class Trials:
         forced = {part for part in allowed if self.wishes.get(part)}
         sets = [s for n in range(len(allowed), 0, -1) for s in combinations(allowed, n) if is_nested(s)]
         for parts in sorted(sets, key=lambda parts: not forced <= set(parts)):
-            starts = [self.found.numbers]
             if self.before is not None:
-                starts.insert(0, self.before.numbers)
-            elif (mapped := followed(self.found, parts)) is not None:
-                starts.insert(0, mapped)
-            for start in starts:
-                trial = self.fit(parts, start)
-                if self.is_sane(trial):
-                    return trial
-        return self.plain
+                trial = self.fit(parts, self.before.numbers)
+            else:
+                mapped = followed(self.fitted, parts)
+                trial = self.fit(parts, self.fitted.numbers if mapped is None else mapped)
+                trial = self._elsewhere(trial, [numbers for part in parts for numbers in PARTS[part].also_from])
+            if self.is_sane(trial):
+                return trial
+        return self.first
 
-    def searched(self, part: str, without: Trial, pinned: float) -> list[Trial]:
-        """Fits with a part beside another fit's: as it pins a number, and with what frees that, as far as wished.
+    def beside(self, trial: Trial) -> Trial:
+        """The same parts under the priors of these trials, from where another trial ended, and from other starts."""
+        beyond = [numbers for part in trial.parts for numbers in PARTS[part].also_from]
+        axes = [dict(zip(AXIS, axis, strict=True)) for axis in _AXES]
+        starts = [{**numbers, **axis} for numbers in ({}, *beyond) for axis in axes]
+        return self._elsewhere(self.fit(trial.parts, trial.numbers), starts)
 
-        `pinned`: the phase of contact. What it pins makes a ladder of optima. Freed that ladder is gone, so the search
-        goes there first, from several starts, and takes the nearest rung in the end.
+    def _elsewhere(self, trial: Trial, starts: Sequence[Mapping[str, float]]) -> Trial:
+        """A trial, or one of less cost that makes the fringes' phase: from its numbers with some replaced.
+
+        Which numbers make that phase, is looked for on the phase alone; only then the image is fitted again.
+        """
+        problem = trial.solution.problem
+        # A traced bench is known at its nodes alone.
+        if problem.phase.exact is None:
+            return trial
+        edges, grid = problem.phase.edges(trial.numbers), self.reduced.grid
+        phase = at_blocks(grid, trial.solution.fields.phase) if edges is None else edges(grid, slice(None))
+        target = Target(trial.solution, self.reduced, phase)
+        ends = [target.nearest(problem, trial.numbers, start) for start in ({}, *starts)]
+        reference, *alternatives = ends
+        end = min(alternatives, key=lambda end: end.cost, default=reference)
+        if end.cost > reference.cost - _TOLERANCE * self.variance:
+            return trial
+        return min(trial, self.fit(trial.parts, end.numbers), key=lambda fit: (not self.is_sane(fit), self.cost(fit)))
+
+    def cost(self, trial: Trial) -> float:
+        """What a trial leaves over, and what its priors cost [squares of the light]."""
+        centre, cost = trial.solution.problem.pull
+        return trial.solution.chi2 + float(cost @ (trial.numbers - centre) ** 2)
+
+    def searched(self, part: str, without: Trial) -> list[Trial]:
+        """A fit with a part beside another fit's, at its anchor, or where it is wished with what lifts that.
+
+        An anchor makes a ladder of optima. Without it that ladder is gone, so the search goes there first, from several
+        starts, and takes the nearest rung in the end.
         """
         freed = SEARCHED[part].name
         parts = (*without.parts, part, freed)
-        starts = [np.array(start) for start in PARTS[part].starts(Numbers(*self.found.numbers))]
+        starts = [np.array(start) for start in PARTS[part].starts(Numbers(*self.fitted.numbers))]
         if self.before is not None and part in self.before.parts:
             starts = [self.before.numbers]
         first = sorted((self.fit(parts, at, _FIRST_STEPS) for at in starts), key=lambda fit: fit.solution.chi2)
@@ -124,16 +176,17 @@ class Trials:
             return []
         loose = min(finished, key=lambda fit: fit.solution.chi2)
         turn = 0.5 if float(loose.solution.point.modulus.mean()) < 0 else 0.0
-        start = PARTS[part].pinned(Numbers(*loose.numbers), pinned, turn)
+        if self.wishes.get(freed):
+            return [loose]
+        start = PARTS[part].anchored(Numbers(*loose.numbers), self.priors.contact_phase, turn)
         tight = self.fit((*without.parts, part), np.array(start))
-        fits = [tight] if self.is_sane(tight) and not self.wishes.get(freed) else []
-        return fits + [loose] * self.wishes.get(freed, True)
+        return [tight] if self.is_sane(tight) else []
 
     def is_sane(self, fit: Trial) -> bool:
         """Whether all numbers of a fit are such as can be meant: those of the camera, at the rim of the lit field."""
         numbers = Numbers(*fit.numbers)._asdict()
         sizes = {
-            name: numbers[name] * self.rim ** PARTS[part].radial_power
+            name: numbers[name] * self.rim ** (PARTS[part].radial_power if name not in PARTS[part].axis else 0)
             for part in fit.parts
             for name in PARTS[part].parameters
         }
@@ -143,11 +196,11 @@ class Trials:
         return is_finite and all(TABLE[name].bounds[0] < size < TABLE[name].bounds[1] for name, size in sizes.items())
 
 
-def _coarser(found: Fitted, photograph: Photograph) -> Reduced:
-    block, grid = found.reduced.grid.block, found.reduced.grid
+def _coarser(fitted: Fitted, photograph: Photograph) -> Reduced:
+    block, grid = fitted.reduced.grid.block, fitted.reduced.grid
     sides = min(len(grid.x), len(grid.y)) * block
-    coarse = min(int(_CYCLES / max(finest(found), 1e-9)), sides // _FEWEST)
-    return found.reduced if coarse <= block else reduce(photograph, coarse)
+    coarse = min(int(_CYCLES / max(finest(fitted), 1e-9)), sides // _FEWEST)
+    return fitted.reduced if coarse <= block else reduce(photograph, coarse)
 
 
 def rim(lit: np.ndarray) -> float:
@@ -157,7 +210,7 @@ def rim(lit: np.ndarray) -> float:
     return float(((x - middle_x) ** 2 + (y - middle_y) ** 2).max()) / (middle_x**2 + middle_y**2)
 
 
-def _without(numbers: np.ndarray, parts: tuple[str, ...]) -> np.ndarray:
+def without(numbers: np.ndarray, parts: tuple[str, ...]) -> np.ndarray:
     """Numbers without those of parts that are not there."""
     return np.array(
         Numbers(*numbers)._replace(**dict.fromkeys(numbers_of(part for part in PARTS if part not in parts), 0.0))

@@ -1,4 +1,4 @@
-"""What an image leaves uncertain of its first number, row by row: noise, parts of the model, and what it left out."""
+"""What a model leaves out, as deviations of the first number: the bench, sodium's second line, the field's halves."""
 
 from dataclasses import replace
 
@@ -8,10 +8,9 @@ from numpy.polynomial.chebyshev import chebvander
 from fitting.estimate import Fitted, Normal, bends, eliminate, evaluate, normal_equations, sums
 from fitting.model import (
     BACKGROUND,
-    LEAVING_OUT,
-    PARTS,
     GapModel,
     Microscope,
+    anchors_of,
     degrees,
     gap_phase,
     microscope_on,
@@ -28,8 +27,6 @@ _ROUNDING = 1e-7
 _SODIUM, _LINES = 589.294e-9, 0.597e-9
 # A visibility that falls by less tells nothing, and moves no radius.
 _FADING = 0.003
-# What is assumed of the bench stands in the budget from this share of all else on: less adds half a percent to the sum.
-_COUNTS = 0.1
 # What is assumed of it: arguments of the ready bench, and standard deviations of these. The index of the glass that is
 # looked through (fused silica has 1.46, heavy flint 1.7), its thickness, as a share, and the whole waves of a gap that
 # dust holds open [m]: the root mean square of 0 to 5 um.
@@ -38,45 +35,7 @@ _INDEX, _THICKNESS, _GAP = 0.1, 0.5, 3e-6
 _GLASS, _WAVES = "glass looked through", "whole waves of the gap"
 
 
-def image_rows(
-    fit: Fitted,
-    variance: float,
-    rivals: tuple[tuple[str, Fitted], ...],
-    known: Quantities,
-) -> tuple[np.ndarray, list[tuple[str, float]]]:
-    """Covariance of all unknowns, and (source, deviation of the curvature) of all that is not a given quantity.
-
-    Noise with the parts' numbers held; then what each part's own numbers add; what these leave out; rival models
-    that the image does not rule out; sodium's second line; what halves of the field differ by beyond their noise; and
-    what the model takes for granted of the bench, where that counts.
-    """
-    wavelength = known.given.get("wavelength")
-    numbers, present = Numbers(*fit.numbers), fit.parts
-    laws = [part.law(numbers, present) for part in LEAVING_OUT if part.name in present]
-    matrix, held = fit.matrix, [part for part in fit.parts if PARTS[part].parameters]
-    covariance = matrix.covariance(variance)
-    before = matrix.holding(numbers_of(held)).deviation("curvature", variance)
-    rows = [("noise", before)]
-    while held:
-        part, *held = held
-        now = matrix.holding(numbers_of(held)).deviation("curvature", variance)
-        rows.append((part, float(np.sqrt(max(now**2 - before**2, 0.0)))))
-        before = max(now, before)
-    for law in filter(None, laws):
-        size = min(law.size, _APART * matrix.deviation_if_free(law.number, variance))
-        rows.append((law.row, abs(float(Numbers(*matrix.shift_by(law.number)).curvature)) * size))
-    curvature = float(numbers.curvature)
-    rows += [(name, abs(float(Numbers(*rival.numbers).curvature) - curvature)) for name, rival in rivals]
-    if wavelength is not None and abs(wavelength - _SODIUM) < 0.6 * _LINES:
-        row = _doublet(fit)
-        rows += [("sodium's two lines", row)] if row > 0 else []
-    if (apart := halves_apart(fit, variance)) > 0:
-        rows.append(("model, by halves of the field", apart))
-    size = _COUNTS * np.linalg.norm([row for _, row in rows])
-    return covariance, rows + [(name, row) for name, row in _of_assumptions(fit, known) if row > size]
-
-
-def _of_assumptions(fit: Fitted, known: Quantities) -> list[tuple[str, float]]:
+def of_assumptions(fit: Fitted, known: Quantities) -> list[tuple[str, float]]:
     """Rows of what the gap formula assumes of the bench: changes of the first number by a deviation of each.
 
     A bench given as a scene says all that, contact or a held gap the whole waves in the gap.
@@ -96,7 +55,7 @@ def _of_assumptions(fit: Fitted, known: Quantities) -> list[tuple[str, float]]:
         {f"{glass}_thickness": _BENCH[f"{glass}_thickness"] * (1 + _THICKNESS)},
     )
     rows = {_GLASS: [change(microscope_on(known, numbers, model.frame, microscope, **variant)) for variant in variants]}
-    if microscope.modulo and not any(PARTS[part].pins for part in fit.parts):
+    if microscope.modulo and not anchors_of(fit.parts):
         values = known.values(float(numbers.curvature) / model.frame.unit**2)
         waves = 2 * values["gap_index"] * _GAP / values["wavelength"]
         closed, held_open = (microscope._replace(modulo=0.0, touching=numbers.phase - turns) for turns in (0.0, waves))
@@ -105,13 +64,17 @@ def _of_assumptions(fit: Fitted, known: Quantities) -> list[tuple[str, float]]:
     return [(name, float(np.linalg.norm(Numbers(*fit.matrix.shift(at)).curvature))) for name, at in crossed.items()]
 
 
-def _doublet(fit: Fitted) -> float:
+def of_doublet(fit: Fitted, wavelength: float | None) -> float:
     """Change of the first number if the light is sodium's doublet, 2 : 1, as far as the fringes fade as its do.
+
+    Nothing for a wavelength [m] that is not sodium's.
 
     The mean fringe of both lines is a cosine whose phase bends off the mean line's as the third power of the order,
     and whose visibility falls as the second: the share of that fall which is seen is the share of the change that
     counts.
     """
+    if wavelength is None or abs(wavelength - _SODIUM) >= 0.6 * _LINES:
+        return 0.0
     order = fit.solution.fields.phase - float(Numbers(*fit.numbers).phase)
     apart = 2 * np.pi * order * _LINES / _SODIUM
     both = (2 * np.exp(1j * apart / 3) + np.exp(-2j * apart / 3)) / 3

@@ -43,9 +43,8 @@ class Posterior(eqx.Module):
 
     A point holds the free numbers that move, in units of their noise about where the optimum is for the given
     quantities, then each of these, in its own standard deviations from its value. The priors are normal in what is
-    given and in what a grid says of the camera, and flat in the other free numbers and in the coefficients of
-    background and contrast, which are integrated over. `centre`, `precision`: of the free numbers' priors, precision 0
-    without one.
+    given and in the parts' numbers, and flat in the others and in the coefficients of background and contrast, which
+    are integrated over. `centre`, `precision`: of the priors of the free numbers, precision 0 without one.
     """
 
     model: GapModel | SceneModel
@@ -140,7 +139,7 @@ def posterior(found: Fitted, known: Quantities, variance: float, covariance: np.
         lean=jnp.zeros((len(moving), len(given))),
         held_turns=jnp.asarray(held_turns(found.fixed, known) if gap_is_held else 0.0),
         centre=jnp.asarray(centre),
-        precision=jnp.asarray(cost / found.solution.problem.variance),
+        precision=jnp.asarray(cost / found.solution.problem.prior.variance),
         moving=moving,
         given=given,
         unknown=known.unknown,

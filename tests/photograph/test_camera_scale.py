@@ -104,7 +104,11 @@ def test_scales_that_are_none_are_refused(tmp_path):
 def test_the_sodium_lenses_are_stretched_otherwise_than_their_reticle(shared):
     reticle = fitting.scale(shared / "photos" / "reticle_0.2mm.jpg", division=0.2e-3)
     result = fitting.fit(shared / "photos" / "lens_1000mm_sodium.jpg", wavelength=589.3e-9, scale=reticle)
-    assert any("are stretched by 0.000" in text and "by -0.0038" in text for text in result.warnings)
+    # By nothing that the image tells: its sign is noise.
+    assert any(
+        "are stretched by " in text and "0.000" in text.split("the grid")[0] and "by -0.0038" in text
+        for text in result.warnings
+    )
     # The reticle's sides differ by 0.4 %: of the radius as much.
     assert 0.003 < result.radius_sd / result.radius < 0.006
 

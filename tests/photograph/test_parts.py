@@ -30,7 +30,8 @@ def fit(case: Case, **given):
 def test_a_part_that_is_there_is_found_and_the_radius_is_true(defect):
     result = fit(replace(CASE, defect=defect))
     assert PARTS[defect] in result.evidence.found.parts
-    assert result.model[PARTS[defect]].startswith("kept")
+    # A contact is chosen, by a search; over the others the answer is averaged.
+    assert result.model[PARTS[defect]].startswith("kept" if PARTS[defect] == "contact" else "probability 100%")
     assert abs(result.radius - 1) < 4 * result.radius_sd < 4e-3
     assert PARTS[defect] in dict(result.budget)
 
@@ -39,7 +40,8 @@ def test_a_part_that_is_there_is_found_and_the_radius_is_true(defect):
 def test_no_part_is_kept_where_none_is(defect):
     result = fit(replace(CASE, defect=defect))
     assert result.evidence.found.parts == ()
-    assert abs(result.radius - 1) < 4 * result.radius_sd < 4e-4
+    # What a fitted exponent leaves of a gamma's harmonics errs together in zones, and counts as that.
+    assert abs(result.radius - 1) < 4 * result.radius_sd < (1e-3 if defect == "gamma 2.2" else 4e-4)
 
 
 def test_a_gamma_is_found_and_named():
@@ -118,7 +120,8 @@ def test_the_lens_on_a_curved_plate_comes_out_with_the_plates_deviation(plate):
     assert dict(result.budget)["plate_radius"] == pytest.approx(0.01 * truth**2 / plate**2, rel=1e-3)
     plain = fit(CASE)
     assert dict(result.budget)["noise"] == pytest.approx(dict(plain.budget)["noise"] * truth**2, rel=1e-3)
-    assert np.sqrt(result.covariance[0, 0]) == pytest.approx(dict(result.budget)["noise"], rel=1e-3)
+    rows = [sd for source, sd in result.budget if source == "noise" or source in model.PARTS]
+    assert np.sqrt(result.covariance[0, 0]) == pytest.approx(np.linalg.norm(rows), rel=1e-3)
 
 
 def test_two_steep_spheres_face_to_face_are_not_one():

@@ -1,0 +1,171 @@
+"""The answer averaged over sets of parts, from the normal matrices of fits with all of them.
+
+Which parts a photograph calls for is itself uncertain, and so belongs into the answer's deviation. Each set of parts
+has a weight, the probability of the image under it (Laplace's approximation: Kass and Raftery 1995), with the parts'
+priors; the answer is the mean over all sets (Hoeting and others 1999). On the model linearized at the fit, a set is a
+few numbers set to zero, so no set takes a pass over the image.
+
+Residuals that err together hold less evidence than their chi-squared says even in units of the correlated variance: the
+correlation is that of the worst direction. The logarithms of all weights are divided by its square root.
+"""
+
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from fitting.estimate import Fitted, pseudo_inverse
+from fitting.model import PARTS, numbers_of
+from fitting.parameters import NUMBERS, slots_of
+from fitting.photograph.priors import Priors
+
+_RANK = 1e-13
+
+Parts = frozenset[str]
+
+
+def _all(parts: Parts) -> bool:  # noqa: ARG001
+    return True
+
+
+@dataclass(frozen=True)
+class Average:
+    """Mean numbers, covariance of all unknowns, and the weight of each set of parts.
+
+    `best`: the most probable set, the number of its member, and its own numbers.
+    """
+
+    numbers: np.ndarray
+    covariance: np.ndarray
+    weights: dict[Parts, float]
+    best: tuple[Parts, int, np.ndarray]
+
+    def share(self, part: str) -> float:
+        """The weight of all sets with a part."""
+        return sum(weight for parts, weight in self.weights.items() if part in parts)
+
+
+@dataclass(frozen=True)
+class Member:
+    """A fit with all parts that may be there, what was known of its numbers, and which sets of parts may be.
+
+    `misfit`: its weighted sum of squares, all members on the same weights.
+    """
+
+    fit: Fitted
+    priors: Priors
+    sets: list[Parts]
+    misfit: float = 0.0
+
+
+@dataclass(frozen=True)
+class Averaging:
+    """Fits at optima of their own, and what the mean over all their sets of parts is."""
+
+    members: tuple[Member, ...]
+
+    def mean(
+        self,
+        variance: float,
+        allows: Callable[[Parts], bool] = _all,
+        held: Collection[str] = (),
+        ratio: float = 1.0,
+    ) -> Average:
+        """Over the sets that are allowed.
+
+        `variance`: of the light per unit weight, errors that neighbours share included; `held`: parts whose numbers
+        stay as they are; `ratio`: of the data's own share of each variance to what `variance` makes it.
+        """
+        sets = [fit for member in self.members for fit in _sets(member, variance, allows, held, ratio)]
+        temper = max(1.0, float(np.sqrt(min(member.fit.correlation for member in self.members))))
+        evidence = np.array([fit.evidence for fit in sets])
+        share = np.exp((evidence - evidence.max()) / temper)
+        share /= share.sum()
+        numbers = np.stack([fit.numbers for fit in sets])
+        mean, count = share @ numbers, len(NUMBERS)
+        covariance = np.tensordot(share, np.stack([fit.covariance for fit in sets]), 1)
+        covariance[:count, :count] += (numbers - mean).T @ (share[:, None] * (numbers - mean))
+        weights: dict[Parts, float] = {}
+        for weight, fit in zip(share, sets, strict=True):
+            weights[fit.parts] = weights.get(fit.parts, 0.0) + float(weight)
+        best = sets[int(share.argmax())]
+        place = next(at for at, member in enumerate(self.members) if member is best.member)
+        return Average(mean, covariance, weights, (best.parts, place, best.numbers))
+
+
+def sets_of(parts: Collection[str], forced: Collection[str] = ()) -> list[Parts]:
+    """All sets of parts that hold those that are forced, and with each part those that it needs."""
+    chosen = [frozenset(s) | set(forced) for n in range(len(parts) + 1) for s in combinations(parts, n)]
+    nested = {s for s in chosen if all(need in s for part in s for need in PARTS[part].needs)}
+    return sorted(nested, key=lambda s: (len(s), sorted(s)))
+
+
+class _Set(NamedTuple):
+    """A set of parts: its numbers, covariance of all unknowns, logarithm of its evidence."""
+
+    member: Member
+    parts: Parts
+    numbers: np.ndarray
+    covariance: np.ndarray
+    evidence: float
+
+
+def _sets(
+    member: Member, variance: float, allows: Callable[[Parts], bool], held: Collection[str], ratio: float
+) -> Iterator[_Set]:
+    """The sets of a member on the model linearized at its fit; what else is free there, is so in each of them."""
+    matrix = member.fit.matrix.holding(numbers_of(held))
+    names = numbers_of(part for part in PARTS if any(part in s for s in member.sets))
+    tested = slots_of(names)
+    core = np.flatnonzero(matrix.active & ~np.isin(np.arange(len(matrix.values)), tested))
+    inverse = pseudo_inverse(matrix.block(core), _RANK)
+    slope = inverse @ matrix.matrix[np.ix_(core, tested)]
+    of_tested = matrix.matrix[np.ix_(tested, tested)] - matrix.matrix[np.ix_(tested, core)] @ slope
+    pull = matrix.gradient[tested] - slope.T @ matrix.gradient[core]
+    centre, sd = (np.array([member.priors.numbers[name][k] for name in names]) for k in (0, 1))
+    # Without a distortion the camera's axis is anywhere.
+    aside = np.isin(names, [name for part in PARTS.values() for name in part.axis])
+    values = matrix.values[tested]
+    absent = np.where(aside, values, 0.0)
+    for parts in filter(allows, member.sets):
+        free = np.isin(names, numbers_of(parts))
+        step, spread, logarithm = _within(
+            of_tested / variance, pull / variance, values, free, centre, 1 / sd**2, absent
+        )
+        shift = np.zeros(len(matrix.values))
+        shift[tested], shift[core] = step, inverse @ matrix.gradient[core] - slope @ step
+        spread = spread + (ratio - 1) * spread @ of_tested @ spread / variance
+        covariance = np.zeros_like(matrix.matrix)
+        covariance[np.ix_(tested, tested)] = spread
+        covariance[np.ix_(core, core)] = ratio * variance * inverse + slope @ spread @ slope.T
+        covariance[np.ix_(core, tested)] = -slope @ spread
+        covariance[np.ix_(tested, core)] = -spread @ slope.T
+        numbers = member.fit.numbers + shift[: len(NUMBERS)]
+        yield _Set(member, parts, numbers, covariance, logarithm - 0.5 * member.misfit / variance)
+
+
+def _within(
+    matrix: np.ndarray,
+    pull: np.ndarray,
+    values: np.ndarray,
+    free: np.ndarray,
+    centre: np.ndarray,
+    precision: np.ndarray,
+    absent: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """The step to a set's optimum, the covariance there, and the logarithm of its evidence, one constant left out.
+
+    The numbers that are not free go to `absent`. Of q(d) = -2 pull·d + dᵀ M d and the prior's (v + d - centre)²/sd².
+    """
+    step, spread = np.where(free, 0.0, absent - values), np.zeros_like(matrix)
+    inner = matrix[np.ix_(free, free)]
+    precise = inner + np.diag(precision[free])
+    target = pull[free] - matrix[np.ix_(free, ~free)] @ step[~free] + precision[free] * (centre - values)[free]
+    if free.any():
+        spread[np.ix_(free, free)] = inverse = np.linalg.inv(precise)
+        step[free] = inverse @ target
+    cost = step @ matrix @ step - 2 * pull @ step + float(precision[free] @ (values + step - centre)[free] ** 2)
+    determinant = float(np.linalg.slogdet(np.eye(free.sum()) + inner / precision[free])[1]) if free.any() else 0.0
+    return step, spread, -0.5 * (float(cost) + determinant)

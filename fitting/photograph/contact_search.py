@@ -1,0 +1,100 @@
+"""Parts that a search finds, as a contact: whether one is there, by Schwarz's criterion (1978).
+
+Chi-squared is counted in units of the variance that blocks of neighbours show, and so many independent pixels are
+there.
+"""
+
+from collections.abc import Mapping, Sequence
+from itertools import chain
+
+import numpy as np
+
+from fitting.estimate import Fitted, bends, fringe_correlation, score_drop, tukey
+from fitting.model import PARTS, PRICES, SEARCHED
+from fitting.parameters import Numbers
+from fitting.photo import Photograph, Reduced
+from fitting.photograph.trials import Trial
+
+
+def screened(plain: Fitted, wishes: Mapping[str, bool]) -> dict[str, str]:
+    """The searched parts that need no search, and why: a score test sees no use for them."""
+    judge, evidence = _Judge([plain], plain.reduced), {}
+    for part in (part for part in SEARCHED if part in plain.model.parts and not wishes.get(part)):
+        drop = max(_drops(plain, part)) / judge.variance
+        # Whether residuals are correlated or not.
+        if drop * judge.inflation < PRICES[part] * judge.penalty:
+            evidence[part] = _words(False, None, drop - PRICES[part] * judge.penalty)
+    return evidence
+
+
+def is_open(part: str, wishes: Mapping[str, bool], plain: Fitted, photograph: Photograph) -> bool:
+    """Whether a searched part is wished, or neither excluded nor out of sight."""
+    return part in plain.model.parts and wishes.get(part, may_be_seen(part, plain, photograph, plain.numbers))
+
+
+def may_be_seen(part: str, plain: Fitted, photograph: Photograph, numbers: np.ndarray) -> bool:
+    """Whether what it anchors is not held, and the rings' centre is in the field where it is seen there only."""
+    if not set(PARTS[part].anchors) <= set(plain.solution.problem.free):
+        return False
+    by_name, frame = Numbers(*numbers), plain.model.frame
+    offsets = (by_name.centre_x, by_name.centre_y)
+    column, row = (round(middle + at * frame.unit) for middle, at in zip(frame.middle, offsets, strict=True))
+    rows, columns = photograph.lit.shape
+    return not PARTS[part].at_centre or (0 <= row < rows and 0 <= column < columns)
+
+
+def with_or_without(
+    without: Trial, searches: Mapping[str, list[Trial]], wishes: Mapping[str, bool], reduced: Reduced
+) -> tuple[Trial, list[tuple[str, Trial]], dict[str, str]]:
+    """The best of the fits with searched parts, or the one without; fits that are not ruled out; and why, by part."""
+    judge = _Judge([without, *chain(*searches.values())], reduced)
+    chosen, rivals, evidence = without, [], {}
+    for part, fits in searches.items():
+        if not fits:
+            continue
+        best, is_wished = min(fits, key=judge.criterion), wishes.get(part)
+        gain = judge.criterion(chosen) - judge.criterion(best)
+        if 0 < gain < PARTS[part].clear and not is_wished:
+            rivals.append((f"{part}, not ruled out", best))
+        if is_wished or gain > PARTS[part].clear:
+            chosen = best
+        evidence[part] = _words(part in chosen.parts, is_wished, gain)
+        if part in chosen.parts and wishes.get(lifting := SEARCHED[part].name):
+            evidence[lifting] = f"asked for: with {part}"
+    return chosen, rivals, evidence
+
+
+def _drops(plain: Fitted, part: str) -> list[float]:
+    """By how much chi-squared would drop with a part, for each of its probes."""
+    solution, columns = plain.solution, []
+    for probe in PARTS[part].probes:
+        numbers = np.array(Numbers(*plain.numbers)._replace(**probe))
+        columns.append(solution.problem.phase.fields(numbers).phase - solution.fields.phase)
+    crossed, among, gradient = bends(solution, np.stack(columns, axis=1))
+    return [score_drop(plain.matrix, crossed[:, [k]], among[[k]][:, [k]], gradient[[k]]) for k in range(len(columns))]
+
+
+class _Judge:
+    """Chi-squared in units of the correlated variance, and the criterion's price of a number.
+
+    Every fit is judged on the same pixels: a pixel counts as much as the fit that explains it best lets it.
+    """
+
+    def __init__(self, fits: Sequence[Fitted | Trial], reduced: Reduced):
+        self.weights = np.max([tukey(fit.left.value, reduced) for fit in fits], axis=0)
+        best = min(fits, key=self._square)
+        self.inflation = fringe_correlation(reduced.grid, best.left._replace(weights=self.weights))
+        pixels = float(self.weights.sum(dtype=float))
+        self.variance = max(self._square(best) / pixels * self.inflation, 1e-300)
+        self.penalty = float(np.log(max(pixels / self.inflation, 2.0)))
+
+    def _square(self, fit: Fitted | Trial) -> float:
+        return float((self.weights * fit.left.value**2).sum(dtype=float))
+
+    def criterion(self, fit: Fitted | Trial) -> float:
+        return self._square(fit) / self.variance + sum(PRICES[part] for part in fit.parts) * self.penalty
+
+
+def _words(is_there: bool, is_wished: bool | None, gain: float) -> str:
+    change = f"BIC {'lower' if gain > 0 else 'higher'} by {abs(gain):.3g} with this part"
+    return f"{'asked for' if is_wished else 'kept' if is_there else 'dropped'}: {change}"

@@ -1,0 +1,81 @@
+"""What an image leaves uncertain of its first number, row by row: noise, parts of the model, and what it left out."""
+
+import numpy as np
+
+from fitting.estimate import Fitted
+from fitting.model import LEAVING_OUT, PARTS, numbers_of
+from fitting.parameters import Numbers, Quantities, block_of
+from fitting.photograph.averaging import Averaging
+from fitting.photograph.selection import Choice
+from fitting.photograph.uncertainty import halves_apart, of_assumptions, of_doublet
+
+# A law that a part leaves out counts up to so many standard deviations of the number that would tell it.
+_APART = 3.0
+# What is assumed of the bench stands in the budget from this share of all else on: less adds half a percent to the sum.
+_COUNTS = 0.1
+
+
+def image_rows(choice: Choice, variance: float, known: Quantities) -> tuple[np.ndarray, list[tuple[str, float]]]:
+    """Covariance of all unknowns, and (source, deviation of the curvature) of all that is not a given quantity.
+
+    Noise with the parts' numbers held; then what each part's own numbers add; what these leave out; rival models
+    that the image does not rule out; sodium's second line; what halves of the field differ by beyond their noise; and
+    what the model takes for granted of the bench, where that counts.
+    """
+    fit, averaging = choice.found, choice.averaging
+    numbers, present = Numbers(*fit.numbers), fit.parts
+    laws = [part.law(numbers, present) for part in LEAVING_OUT if part.name in present]
+    # What is averaged over is not left out.
+    averaged = numbers_of(max(averaging.members[0].sets, key=len)) if averaging is not None else ()
+    laws = [law for law in laws if law is not None and law.number not in averaged]
+    matrix = fit.matrix
+    if averaging is None:
+        covariance, rows = matrix.covariance(variance), _rows_of_parts(fit, variance)
+    else:
+        covariance = averaging.mean(variance, ratio=choice.ratio).covariance
+        rows = _rows_of_average(averaging, variance, choice.ratio)
+    for law in laws:
+        size = min(law.size, _APART * matrix.deviation_if_free(law.number, variance))
+        rows.append((law.row, abs(float(Numbers(*matrix.shift_by(law.number)).curvature)) * size))
+    curvature = float(numbers.curvature)
+    rows += [(name, abs(float(Numbers(*rival.numbers).curvature) - curvature)) for name, rival in choice.rivals]
+    beside = {
+        "sodium's two lines": of_doublet(fit, known.given.get("wavelength")),
+        "model, by halves of the field": halves_apart(fit, variance),
+    }
+    rows += [(name, row) for name, row in beside.items() if row > 0]
+    size = _COUNTS * np.linalg.norm([row for _, row in rows])
+    return covariance, rows + [(name, row) for name, row in of_assumptions(fit, known) if row > size]
+
+
+def _rows_of_parts(fit: Fitted, variance: float) -> list[tuple[str, float]]:
+    """Noise with the parts' numbers held; then what each part's own add."""
+    matrix, held = fit.matrix, [part for part in fit.parts if PARTS[part].parameters]
+    before = matrix.holding(numbers_of(held)).deviation("curvature", variance)
+    rows = [("noise", before)]
+    while held:
+        part, *held = held
+        now = matrix.holding(numbers_of(held)).deviation("curvature", variance)
+        rows.append((part, float(np.sqrt(max(now**2 - before**2, 0.0)))))
+        before = max(now, before)
+    return rows
+
+
+def _rows_of_average(averaging: Averaging, variance: float, ratio: float) -> list[tuple[str, float]]:
+    """Noise with no part free; then what each part adds, sets without it and with it averaged."""
+    sets = averaging.members[0].sets
+    warps = [part for part in PARTS if any(part in chosen for chosen in sets)]
+    searched = [part for part in averaging.members[0].fit.parts if PARTS[part].parameters and part not in warps]
+    least = min(sets, key=len)
+
+    def deviation(parts: list[str], held: list[str]) -> float:
+        average = averaging.mean(variance, lambda chosen: chosen <= {*parts, *least}, held, ratio)
+        return float(np.sqrt(max(Numbers(*np.diag(block_of(average.covariance))).curvature, 0.0)))
+
+    before = deviation([], searched)
+    rows = [("noise", before)]
+    for count, part in enumerate([*warps, *searched], 1):
+        now = deviation(warps[:count], searched[max(count - len(warps), 0) :])
+        rows.append((part, float(np.sqrt(max(now**2 - before**2, 0.0)))))
+        before = max(now, before)
+    return rows
