@@ -68,14 +68,22 @@ def photographs(tmp_path_factory) -> Path:
     return folder
 
 
+@pytest.fixture
+def desk(photographs, tmp_path, monkeypatch) -> Path:
+    """A copy of these files for one page, which is where its code runs."""
+    folder = shutil.copytree(photographs, tmp_path / "desk")
+    monkeypatch.chdir(folder)
+    return folder
+
+
 def _codes(image: np.ndarray) -> np.ndarray:
     noise = np.random.default_rng(1).normal(0, 0.01, image.shape)
     return np.clip(np.round(255 * (image + noise)), 0, 255).astype(np.uint8)
 
 
 @pytest.mark.parametrize("page", WITH_PYTHON)
-def test_the_python_of_a_page_runs_as_it_stands(page, photographs, monkeypatch, capsys):
-    monkeypatch.chdir(photographs)
+@pytest.mark.usefixtures("desk")
+def test_the_python_of_a_page_runs_as_it_stands(page, capsys):
     blocks = blocks_of(page, "python")
     names = {"__name__": "__main__"}
     for block in blocks:
@@ -84,8 +92,8 @@ def test_the_python_of_a_page_runs_as_it_stands(page, photographs, monkeypatch, 
 
 
 @pytest.mark.parametrize("page", WITH_SHELL)
-def test_the_commands_of_a_page_run_as_they_stand(page, photographs, monkeypatch, capsys):
-    monkeypatch.chdir(photographs)
+@pytest.mark.usefixtures("desk")
+def test_the_commands_of_a_page_run_as_they_stand(page, capsys):
     for block in blocks_of(page, "sh"):
         for line in block.splitlines():
             name, *arguments = shlex.split(line, comments=True)
