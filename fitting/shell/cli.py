@@ -2,6 +2,7 @@
 
 import gc
 import io
+import os
 import sys
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -24,8 +25,9 @@ app = typer.Typer(
     epilog="Quantities carry their unit (589.3nm, 12.75um, 2m). Exit status: 0 done, 2 wrong usage or unreadable "
     "input, 3 refused (no rings, straight fringes, undetermined: the reason without a report), 4 not converged (the "
     "report shows how far the fit came).",
-    add_completion=False,
 )
+# What a shell sets where it asks for the words that may follow, and no arguments.
+_ASKED_BY_SHELL = "_NEWTONJAX_COMPLETE"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -37,7 +39,7 @@ def main(arguments: list[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a λ must not cost the answer where the terminal has none
-    if not arguments:
+    if not arguments and _ASKED_BY_SHELL not in os.environ:
         return _fail("no verb given; give render, fit, scale, rings or another one (newtonjax --help explains them)")
     try:
         with stopping.watched():
@@ -48,6 +50,8 @@ def main(arguments: list[str] | None = None) -> int:
         return _fail(_with_advice(error, arguments), exit_status(error))
     except typer.Abort:
         return 130
+    except SystemExit as ending:  # Typer's, after an answer to the shell
+        return int(ending.code or 0)
 
 
 def _with_advice(error: Exception, arguments: list[str]) -> str:

@@ -1,6 +1,7 @@
 """Named lamps and lines: wavelengths that need not be typed."""
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from fitting.shell.quantities import positive_length
 from newtonjax.scene import LAMPS, LINES
@@ -72,3 +73,10 @@ def light(text: str) -> str:
 
     lamp(text)
     return text
+
+
+# What the shell completes, by what reads the option.
+NAMES: dict[Callable[[str], Any], tuple[str, ...]] = {
+    wavelength: ("sodium", *LINES, "hene"),
+    light: (*LAMPS, *LINES, "white", "led"),
+}

@@ -14,7 +14,7 @@ from fitting.shell import lamps, quantities
 def option(parse: Callable[[str], Any], metavar: str, what: str, default: str = "") -> Any:
     """An option whose text one function reads; the function's ValueError becomes the message of a wrong option.
 
-    `default` is shown only: the option itself is None where it is not given.
+    `default` is shown only: the option itself is None where it is not given. The shell completes names of lamps.
     """
 
     def read(text: str):
@@ -23,7 +23,13 @@ def option(parse: Callable[[str], Any], metavar: str, what: str, default: str = 
         except ValueError as error:
             raise typer.BadParameter(str(error)) from None
 
-    return typer.Option(parser=read, metavar=metavar, help=what, show_default=default or False)
+    words = lamps.NAMES.get(parse)
+
+    def beginning_with(incomplete: str) -> list[str]:
+        return [word for word in words or () if word.startswith(incomplete.lower())]
+
+    complete = beginning_with if words else None
+    return typer.Option(parser=read, metavar=metavar, help=what, show_default=default or False, autocompletion=complete)
 
 
 def expanded(verb: Callable[..., int], before: str, options: list[inspect.Parameter]) -> Callable[..., int]:
