@@ -171,3 +171,16 @@ def demo(
     from fitting.shell import fit_verb
 
     return fit_verb.demo(output_dir, force)
+
+
+@app.command()
+def doctor(
+    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> int:
+    """Say what is installed, which devices and caches are used, and what to do about what is amiss.
+
+    Exit status: 0 nothing is amiss, 1 something is. Missing extras are not amiss.
+    """
+    from fitting.shell import doctor_verb
+
+    return doctor_verb.run(json)

@@ -11,7 +11,6 @@ import os
 import pickle
 import platform
 import secrets
-import stat
 from collections.abc import Callable
 from functools import cache
 from importlib.metadata import version
@@ -22,6 +21,7 @@ import jax
 from jax.core import Tracer
 
 import newtonjax
+from fitting.shell.cache_folder import is_ours
 
 _CPUINFO = Path("/proc/cpuinfo")
 
@@ -64,7 +64,7 @@ class SavedProgram:
 
         path = self._path(kind)
         try:
-            if not _is_ours(self._folder) or not _is_ours(path):
+            if not is_ours(self._folder) or not is_ours(path):
                 return None
             code, result = pickle.loads(path.read_bytes())  # noqa: S301 (a file of the user's own, see above)
             return deserialize_and_load(code, jax.tree.structure((arguments, {})), jax.tree.structure(result))
@@ -100,14 +100,6 @@ def _named(function: Any, name: str) -> Callable:
 
     fresh.__name__ = name
     return fresh
-
-
-def _is_ours(path: Path) -> bool:
-    """Whether nobody but the user may have written a file or folder; on a system without owners, always."""
-    about = path.stat()
-    if not hasattr(os, "getuid"):
-        return True
-    return about.st_uid == os.getuid() and not about.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
 
 
 @cache

@@ -4,6 +4,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fitting.shell.cache_folder import NAMED_BY, cache_folder
+
 if TYPE_CHECKING:
     import newtonjax as nj
 
@@ -14,14 +16,13 @@ def prepare() -> None:
     `JAX_COMPILATION_CACHE_DIR` names another folder. Where none can be written, nothing is kept.
     """
     import jax
-    import platformdirs
 
     jax.config.update("jax_enable_x64", True)
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
-    if "JAX_COMPILATION_CACHE_DIR" in os.environ:
+    if NAMED_BY in os.environ:
         return
-    folder = platformdirs.user_cache_path("newtonjax", appauthor=False) / "jax"
+    folder = cache_folder()
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:

@@ -11,6 +11,7 @@ from newtonjax.numerics.fence import fenced as fenced
 from newtonjax.numerics.jet import Jet as Jet
 from newtonjax.numerics.jet import value_of as value_of
 from newtonjax.numerics.jet import without_tangents as without_tangents
+from newtonjax.numerics.memory import available_memory as available_memory
 from newtonjax.numerics.memory import image_memory as image_memory
 from newtonjax.numerics.memory import require_memory as require_memory
 from newtonjax.numerics.precision import afresh as afresh

@@ -20,7 +20,7 @@ def require_memory(what: str, needed: float | int, way_out: str = "") -> None:
     """
     if needed <= _SMALL:
         return
-    free = available()
+    free = available_memory()
     if free is not None and needed > free:
         advice = f"; {way_out}" if way_out else ""
         raise ValueError(f"{what} needs {_size(needed)} of memory, and {_size(free)} are available{advice}")
@@ -37,7 +37,7 @@ def image_memory(shape: tuple[int, int], per_pixel: int, what: str | None = None
     )
 
 
-def available(root: Path = Path("/")) -> int | None:
+def available_memory(root: Path = Path("/")) -> int | None:
     """Bytes that this process may still take: the system's, or what its control groups leave; None if not known."""
     limits = [free for free in (_of_system(root), *_of_groups(root)) if free is not None]
     if limits:

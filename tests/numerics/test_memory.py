@@ -23,7 +23,7 @@ MEMINFO = {"proc/meminfo": "MemTotal:  8000 kB\nMemFree:  10 kB\nMemAvailable:  
 
 def test_available_memory_is_that_of_the_system(tmp_path):
     write(tmp_path, MEMINFO)
-    assert memory.available(tmp_path) == 5000 * 1024
+    assert memory.available_memory(tmp_path) == 5000 * 1024
 
 
 @pytest.mark.parametrize("limited", ["a/b", "a", ""])
@@ -33,32 +33,32 @@ def test_available_memory_is_what_the_tightest_group_leaves(tmp_path, limited):
         limit = "3000000\n" if folder == limited else "max\n"
         usage = {"memory.max": limit, "memory.current": "2000000\n", "memory.stat": "anon 5\ninactive_file 700000\n"}
         write(tmp_path / "sys/fs/cgroup" / folder, usage)
-    assert memory.available(tmp_path) == 3_000_000 - 2_000_000 + 700_000
+    assert memory.available_memory(tmp_path) == 3_000_000 - 2_000_000 + 700_000
 
 
 def test_available_memory_in_groups_of_version_1_and_in_a_container(tmp_path):
     write(tmp_path, MEMINFO | {"proc/self/cgroup": "9:cpu:/x\n4:memory:/not/seen/from/here\n0::/\n"})
     v1 = {"memory.limit_in_bytes": "4000000\n", "memory.usage_in_bytes": "3500000\n"}
     write(tmp_path / "sys/fs/cgroup/memory", v1)
-    assert memory.available(tmp_path) == 500_000
+    assert memory.available_memory(tmp_path) == 500_000
 
 
 def test_a_group_over_its_limit_leaves_nothing(tmp_path):
     write(tmp_path, MEMINFO | {"sys/fs/cgroup/memory.max": "10\n", "sys/fs/cgroup/memory.current": "20\n"})
-    assert memory.available(tmp_path) == 0
+    assert memory.available_memory(tmp_path) == 0
 
 
 def test_where_no_file_tells_the_pages_of_the_system_do(tmp_path):
-    pages = memory.available(tmp_path)
+    pages = memory.available_memory(tmp_path)
     assert pages is None or pages > 2**20
 
 
 def test_more_than_there_is_is_refused_with_both_sizes(monkeypatch):
-    monkeypatch.setattr(memory, "available", lambda: 3_000_000_000)
+    monkeypatch.setattr(memory, "available_memory", lambda: 3_000_000_000)
     memory.require_memory("this", 2.9e9)
     with pytest.raises(ValueError, match=r"this needs 3.2 GB of memory, and 3 GB are available; try that"):
         memory.require_memory("this", 3.2e9, "try that")
-    monkeypatch.setattr(memory, "available", lambda: None)
+    monkeypatch.setattr(memory, "available_memory", lambda: None)
     memory.require_memory("this", 1e30)
 
 

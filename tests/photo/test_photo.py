@@ -119,7 +119,7 @@ def test_what_needs_more_memory_than_there_is_is_refused_with_its_size_and_a_way
     iio.imwrite(tmp_path / "large.png", codes)
     iio.imwrite(tmp_path / "large.tif", codes)
     assert read(codes).mask.shape == (4000, 5000)
-    monkeypatch.setattr(memory, "available", lambda: 30_000_000)
+    monkeypatch.setattr(memory, "available_memory", lambda: 30_000_000)
     for source in (tmp_path / "large.png", tmp_path / "large.tif", codes):
         with pytest.raises(ValueError, match=r"4000 x 5000 pixels.*needs [0-9.]+ MB .*30 MB are available; crop"):
             read(source)
