@@ -123,7 +123,7 @@ class Reason(Wording):
     # What else may have made the rings.
     RIVAL_ASTRAY = (
         "in {share:.0%} of the field the fringes are not where a sphere's would be: a spiral, circles of another law, "
-        "or rings of which part was found; mask what is not of one ring system"
+        "rings of which part was found, a surface that is no sphere (use form); mask what is not of one ring system"
     )
     RIVAL_SHARP_FRINGES = "sharper fringes than two beams make (harmonics {second:.2g} and {third:.2g}): more beams"
     RIVAL_CUT_FRINGES = "crests or troughs are cut off (harmonics {second:.2g} and {third:.2g}); expose less"

@@ -64,9 +64,30 @@ def reduced(image: np.ndarray, mask: np.ndarray, factor: int) -> tuple[np.ndarra
     """Means over blocks of `factor` x `factor` pixels, and which blocks hold used pixels for more than half."""
     if factor == 1:
         return image, mask
-    rows, columns = (size // factor for size in image.shape)
-    shape = rows, factor, columns, factor
-    used = mask[: rows * factor, : columns * factor]
-    counts = used.reshape(shape).sum(axis=(1, 3))
-    sums = np.where(used, image[: rows * factor, : columns * factor], 0.0).reshape(shape).sum(axis=(1, 3))
+    rows, columns = (size // factor * factor for size in image.shape)
+    used = mask[:rows, :columns]
+    counts = sums_of(used, factor)
+    sums = sums_of(np.where(used, image[:rows, :columns], image.dtype.type(0)), factor)
     return sums / np.maximum(counts, 1), counts > factor * factor / 2
+
+
+def sums_of(values: np.ndarray, factor: int) -> np.ndarray:
+    """Sums over blocks of `factor` x `factor`, what is beyond the last whole block left out; of True a count.
+
+    Rows are added first, along which the memory lies: a tenth of the time of both at once.
+    """
+    rows, columns = (size // factor for size in values.shape)
+    strips = values[: rows * factor, : columns * factor].reshape(rows, factor, columns * factor)
+    is_short = values.dtype == bool and factor <= np.iinfo(np.uint8).max
+    added = strips.view(np.uint8).sum(axis=1, dtype=np.uint8) if is_short else strips.sum(axis=1)
+    return added.reshape(rows, columns, factor).sum(axis=2)
+
+
+def around(image: np.ndarray, mask: np.ndarray, pupil: Pupil) -> tuple[np.ndarray, np.ndarray, Pupil]:
+    """Picture, mask and pupil of the square about the pupil alone: a form costs what is lit, not the frame."""
+    rows, columns = (
+        slice(max(int(middle - pupil.radius), 0), max(int(middle + pupil.radius) + 2, 0))
+        for middle in (pupil.y, pupil.x)
+    )
+    square = Pupil(pupil.x - columns.start, pupil.y - rows.start, pupil.radius)
+    return image[rows, columns], mask[rows, columns], square

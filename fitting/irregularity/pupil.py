@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import ndimage, optimize
 
-from fitting.irregularity.disc import Pupil, reduced
+from fitting.irregularity.disc import Pupil, sums_of
 from fitting.photo import Photograph
 
 # Longest side of the picture in which the edge is looked for [px]; rays from the middle; fringes are closed over
@@ -33,12 +33,12 @@ def pupil_of(photograph: Photograph) -> tuple[Pupil, float | None]:
     if photograph.lit.mean() > _FULL:
         return Pupil((columns - 1) / 2, (rows - 1) / 2, (min(rows, columns) - 1) / 2), None
     factor = max(max(rows, columns) // _SIDE, 1)
-    light = reduced(photograph.image, np.ones((rows, columns), bool), factor)[0]
+    light = sums_of(photograph.image, factor) / factor**2
     blurred = ndimage.gaussian_filter(light, 1.0)
     size = max(int(_CLOSED * max(light.shape)), 3)
     # Dark fringes are filled, which a blur would let eat into the edge.
     even = ndimage.grey_closing(blurred, (size, size), mode="nearest")
-    lit = reduced(photograph.lit.astype(float), np.ones((rows, columns), bool), factor)[0] > 0.5
+    lit = sums_of(photograph.lit, factor) > factor**2 / 2
     high = float(np.median(even[lit]))
     low = float(np.percentile(even, 2))
     middle = np.array(ndimage.center_of_mass(lit))[::-1]

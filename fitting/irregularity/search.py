@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.irregularity.demodulation import demodulated, remainder_of
-from fitting.irregularity.disc import Disc, Pupil, disc_of, reduced
+from fitting.irregularity.disc import Disc, Pupil, around, disc_of, reduced
 from fitting.irregularity.indications import fringes_of
 from fitting.irregularity.projection import FormFit, fit_form
 from fitting.irregularity.seeds import forms
@@ -68,6 +68,7 @@ def distance(first: FormFit, second: FormFit) -> float:
 def search(image: np.ndarray, mask: np.ndarray, pupil: Pupil, terms: int = TERMS) -> Search:
     """Forms of a picture [rows, columns]; ends at the first that its tiles confirm, and else follows every start."""
     candidates, starts = [], 0
+    image, mask, pupil = around(image, mask, pupil)
     for diameter, side in _LADDER:
         factor = max(int(2 * pupil.radius / diameter), 1)
         disc = disc_of(*reduced(image, mask, factor), pupil.reduced(factor))
