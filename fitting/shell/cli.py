@@ -22,9 +22,9 @@ from fitting.studies import exit_status
 app = typer.Typer(
     name="newtonjax",
     help="Newton's rings: render them, and measure a lens radius from a photograph of them.",
-    epilog="Quantities carry their unit (589.3nm, 12.75um, 2m). Exit status: 0 done, 2 wrong usage or unreadable "
-    "input, 3 refused (no rings, straight fringes, undetermined: the reason without a report), 4 not converged (the "
-    "report shows how far the fit came).",
+    epilog="Quantities carry their unit (589.3nm, 12.75um, 2m). Exit status: 0 done, 1 something is amiss (doctor, "
+    "selftest), 2 wrong usage or unreadable input, 3 refused (no rings, straight fringes, undetermined: the reason "
+    "without a report), 4 not converged (the report shows how far the fit came).",
 )
 # What a shell sets where it asks for the words that may follow, and no arguments.
 _ASKED_BY_SHELL = "_NEWTONJAX_COMPLETE"
