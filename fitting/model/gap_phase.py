@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from fitting.model.forming import form_slopes
 from fitting.model.parts import FLATTENING, REACHING
-from fitting.model.phase import GapModel
+from fitting.model.phase import GapModel, SceneModel
 from fitting.model.warp import Distance, reach
 from fitting.parameters import Numbers
 
@@ -26,7 +26,7 @@ def phase(model: GapModel, x, y, numbers: Float[np.ndarray, " free"]) -> np.ndar
     return smooth + flattened(model, r2, by_name) + form_slopes(model.frame, x, y, by_name)[0]
 
 
-def squared_distance(model: GapModel, x, y, numbers: Float[np.ndarray, " free"]) -> np.ndarray:
+def squared_distance(model: GapModel | SceneModel, x, y, numbers: Float[np.ndarray, " free"]) -> np.ndarray:
     """Squared distance of pixels from the rings' centre on the object [px²]."""
     return Distance(model.frame, x, y, Numbers(*numbers)).r2
 

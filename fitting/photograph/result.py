@@ -21,7 +21,9 @@ from fitting.parameters import (
     with_sd,
 )
 from fitting.photograph.picture import Picture
+from fitting.photograph.ring_radii import KEYS, KINDS, FittedRing, table_of
 from fitting.photograph.rival import Finding
+from newtonjax.numerics import require_choice
 
 # What makes a row of the budget smaller that is no given quantity's.
 _ADVICE = {
@@ -60,6 +62,7 @@ class FitResult(AbstractResult):
     - `budget`: (source, standard deviation) of the measured quantity, `measured` by name.
     - `per_percent`: by how much 1 % of a given quantity moves the measured one, for those without standard deviation.
     - `parameters` by name; `covariance` of those free, from noise, in the order `names`.
+    - `rings`: dark and bright ones by order with their radii, from the centre outwards; `ring_table` for `rings`.
     - `residual` [rows, columns]: photograph less model, in units of the photograph's brightest pixels.
     - `priors`: by number of a part that may be there: value and standard deviation before the image is seen, and why.
     - `rivals`: what else may have made the rings, by name: value of a statistic, its limit, and the consequence
@@ -86,6 +89,7 @@ class FitResult(AbstractResult):
     model: dict[str, str] = field(default_factory=dict)
     priors: dict[str, dict[str, Any]] = field(default_factory=dict)
     rivals: list[Finding] = field(default_factory=list)
+    rings: list[FittedRing] = field(default_factory=list)
     seconds: float = 0.0
     parameters: dict[str, Parameter] = field(default_factory=dict)
     names: tuple[str, ...] = ()
@@ -98,6 +102,14 @@ class FitResult(AbstractResult):
     def residual(self) -> np.ndarray | None:
         """Photograph less model [rows, columns], None without a fit."""
         return None if self.picture is None else self.picture.photograph.image - self.picture.fitted
+
+    def ring_table(self, kind: str = "dark") -> dict[str, list]:
+        """Order and radius of the "dark" or "bright" rings in columns that `fitting.rings` reads: mm, or px unscaled.
+
+        Raises ValueError for another kind.
+        """
+        require_choice("kind", kind, KINDS)
+        return table_of(self.rings, kind)
 
     def figure(self, ax=None) -> Any:
         """Photograph with the fitted dark rings over it, residual, unwrapped view and profile, as a matplotlib figure.
@@ -154,6 +166,7 @@ class FitResult(AbstractResult):
             "model": dict(self.model),
             "priors": {name: dict(prior) for name, prior in self.priors.items()},
             "rivals": [finding._asdict() | {"words": str(finding.words)} for finding in self.rivals],
+            "rings": [dict(zip(KEYS, ring, strict=True)) for ring in self.rings],
             "measured": self.measured,
             "parameters": {name: asdict(parameter) for name, parameter in self.parameters.items()},
             "names": list(self.names),
@@ -192,6 +205,7 @@ class FitResult(AbstractResult):
             model=dict(saved["model"]),
             priors=dict(saved.get("priors", {})),
             rivals=[Finding(**finding) for finding in saved.get("rivals", ())],
+            rings=[FittedRing(*(ring[key] for key in KEYS)) for ring in saved.get("rings", ())],
             seconds=saved["seconds"],
             parameters=parameters_from(saved),
             names=tuple(saved["names"]),
@@ -223,6 +237,22 @@ class FitResult(AbstractResult):
         counted = [source for source, _ in self.budget if source in TABLE and not TABLE[source].in_fit]
         scope = "does not include all" if counted else "is of the image alone"
         return [f"    ± {scope}: {names} {have} no standard deviation; {'; '.join(effects)}"]
+
+    def _of_rings(self) -> list[str]:
+        """The first two rings of each kind and the last one."""
+        lines = []
+        for kind in KINDS:
+            rows = [ring for ring in self.rings if ring.kind == kind]
+            ends = rows if len(rows) < 4 else [*rows[:2], rows[-1]]
+            sizes = (
+                with_sd(ring.radius_px, ring.radius_px_sd, "px")
+                if ring.radius is None
+                else with_sd(1e3 * ring.radius, 1e3 * (ring.radius_sd or 0.0), "mm")
+                for ring in ends
+            )
+            by_order = "; ".join(f"{ring.order}: {size}" for ring, size in zip(ends, sizes, strict=True))
+            lines += [f"    {len(rows)} {kind}: {by_order}"] if rows else []
+        return ["[[Rings]]  radius by order, distortion and view undone", *lines] if lines else []
 
     def _of_priors(self) -> list[str]:
         """What was taken for granted before the image was seen, a line for each reason."""
@@ -260,6 +290,7 @@ class FitResult(AbstractResult):
                 unit, exact = TABLE[name].unit if name in TABLE else "", not parameter.sd
                 text = f"{parameter.value:.10g} {unit}" if exact else with_sd(parameter.value, parameter.sd, unit)
                 lines += [f"    {name:<{width}} {text.rstrip()}" + (" (given)" if parameter.fixed else "")]
+        lines += self._of_rings()
         if self.model:
             lines += ["[[Model]]"] + [f"    {part:<12} {why}" for part, why in self.model.items()]
         lines += self._of_priors()

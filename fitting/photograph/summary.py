@@ -11,6 +11,7 @@ from fitting.photograph.image_rows import image_rows
 from fitting.photograph.numbers import measured
 from fitting.photograph.picture import Picture
 from fitting.photograph.result import Evidence, FitResult
+from fitting.photograph.ring_radii import rings_of
 from fitting.photograph.rival import CONSEQUENCES
 from fitting.photograph.rivals import findings_of
 from fitting.photograph.selection import UNFITTED, Choice
@@ -53,8 +54,9 @@ def report(task: Task, choice: Choice, began: float) -> FitResult:
     numbers = measured(choice.answer, given, task.contact_phase, covariance, rows + rival_rows)
     if numbers["fringe_scale_sd"] > 0.2 * numbers["fringe_scale_per_px2"]:
         return FitResult("refused", Reason.CURVATURE_UNCERTAIN(), seconds=time.perf_counter() - began, **common)
+    rings = rings_of(choice.answer, given, task.contact_phase, covariance)
     evidence = Evidence(fit, given, variance, covariance)
-    return FitResult(**numbers, seconds=time.perf_counter() - began, evidence=evidence, **common)
+    return FitResult(**numbers, seconds=time.perf_counter() - began, evidence=evidence, rings=rings, **common)
 
 
 def _warnings(choice: Choice, inflation: float, given: Quantities) -> list[str]:

@@ -4,6 +4,7 @@ import shlex
 import sys
 import tomllib
 from collections.abc import Mapping
+from functools import partial
 from importlib.resources import as_file, files
 from itertools import count
 from pathlib import Path
@@ -16,6 +17,9 @@ from fitting.shell import session, stopping
 from fitting.shell.answer import Extras, Outputs, as_png
 from fitting.shell.lamps import Wavelength
 from fitting.shell.progress import progress
+
+# Files that `newtonjax rings` reads, by the kind of their rings.
+_RING_TABLES = {"dark": "dark_rings.csv", "bright": "bright_rings.csv"}
 
 
 class FitOptions(NamedTuple):
@@ -41,18 +45,21 @@ class FitOptions(NamedTuple):
 def run(photo: Path, options: FitOptions, outputs: Outputs) -> int:
     """Fit, report, write; the exit status."""
     pictures = ("corner.png", "trace.png") if options.mcmc else ()
-    outputs = outputs._replace(more=("report.html", *pictures))
+    outputs = outputs._replace(more=("report.html", *_RING_TABLES.values(), *pictures))
     _check(photo, options, outputs)
     session.prepare()
     arguments = arguments_of(options)
     with progress(f"fitting {photo.name}"):
         result = fitting.fit(photo, **arguments)
     if not options.mcmc or result.evidence is None:
-        return outputs.write(result, _extras(result, photo, None))
+        return outputs.write(result, Extras(files=partial(_files, result, photo, None)))
     picture = outputs.keep(result)
     chain = _chain(result, outputs)
     outputs = outputs._replace(force=True)  # of what is there now the files of this run are replaced
-    return outputs.write(result, _extras(result, photo, chain), picture)
+    # The draws are in the chain's own file.
+    posterior = {key: value for key, value in chain.to_dict().items() if key not in ("draws", "log_prob")}
+    extras = Extras({"posterior": posterior}, "\n" + chain.report(), partial(_files, result, photo, chain))
+    return outputs.write(result, extras, picture)
 
 
 def _chain(result, outputs: Outputs):
@@ -76,23 +83,22 @@ def _chain(result, outputs: Outputs):
         return fitting.sample(result, path=file, progress=True)
 
 
-def _extras(result, photo: Path, chain) -> Extras:
+def _files(result, photo: Path, chain, picture: bytes) -> dict[str, bytes | str]:
+    """What the folder gets beside picture, report and JSON, by name."""
+    from fitting.parameters import page
+
     command = " ".join(["newtonjax", *map(shlex.quote, sys.argv[1:])])
+    pictures, added = {"Photograph and fit": picture}, {}
+    if chain is not None:
+        added = {"corner.png": as_png(chain.figure()), "trace.png": as_png(chain.trace_figure())}
+        pictures |= {"Posterior": added["corner.png"], "Chain": added["trace.png"]}
+    tables = {name: _csv(result.ring_table(kind)) for kind, name in _RING_TABLES.items() if result.rings}
+    return {**added, **tables, "report.html": page(result, photo, command, pictures, chain)}
 
-    def files(picture: bytes) -> dict[str, bytes | str]:
-        pictures, added = {"Photograph and fit": picture}, {}
-        if chain is not None:
-            added = {"corner.png": as_png(chain.figure()), "trace.png": as_png(chain.trace_figure())}
-            pictures |= {"Posterior": added["corner.png"], "Chain": added["trace.png"]}
-        from fitting.parameters import page
 
-        return {**added, "report.html": page(result, photo, command, pictures, chain)}
-
-    if chain is None:
-        return Extras(files=files)
-    # The draws are in the chain's own file.
-    posterior = {key: value for key, value in chain.to_dict().items() if key not in ("draws", "log_prob")}
-    return Extras({"posterior": posterior}, "\n" + chain.report(), files)
+def _csv(columns: Mapping[str, list]) -> str:
+    rows = [",".join(f"{number:.9g}" for number in row) for row in zip(*columns.values(), strict=True)]
+    return "\n".join([",".join(columns), *rows, ""])
 
 
 def demo(folder: Path, force: bool) -> int:

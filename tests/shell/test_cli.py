@@ -128,6 +128,7 @@ def an_answer(status="ok", **changes):
         warnings=[],
         budget=[],
         model={},
+        rings=[],
         evidence=None,
         origin=SimpleNamespace(sha256="0" * 64),
         to_dict=lambda: answer,
