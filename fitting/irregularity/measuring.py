@@ -9,6 +9,7 @@ import numpy as np
 
 from fitting.irregularity.demodulation import remainder_of
 from fitting.irregularity.disc import Pupil, disc_of
+from fitting.irregularity.fringe_count import LEAST_COUNT, fringe_count
 from fitting.irregularity.indications import fringes_of
 from fitting.irregularity.moments import products_at
 from fitting.irregularity.projection import FormFit
@@ -160,6 +161,9 @@ def _measured(photograph: Photograph, usable: np.ndarray, request: Request, done
     pixels = disc_of(image, usable, pupil).pixels
     if pixels < _LEAST_PIXELS:
         return replace(blank, message=Reason.TOO_FEW_PIXELS(usable=int(pixels), total=usable.size))
+    count = fringe_count(image, usable, pupil)
+    if count is not None and count < LEAST_COUNT:
+        return replace(blank, message=Reason.FORM_FEW_FRINGES(fringes=count, least=LEAST_FRINGES))
     candidates = search(image, usable, pupil)
     done(1, _STEPS)
     refusal = _refusal(candidates)
