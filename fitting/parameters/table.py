@@ -104,6 +104,7 @@ PART_OPTIONS = {
     "oblique_view": "A camera that looks at a slant.",
     "distortion": "A camera whose lens distorts.",
     "fifth_order": "The fifth order of that distortion.",
+    "lens_form": "A lens whose form is no sphere's.",
     "contact": "A lens pressed flat on the plate.",
     "film": "A film between the pressed faces.",
 }

@@ -9,6 +9,8 @@ from fitting.shell.progress import progress
 
 def run(photo: Path | None, options: dict, outputs: Outputs) -> int:
     """Measure, report, write; the exit status."""
+    if "points" not in options and options["division"] is None:
+        raise ValueError("give --division of a photographed grid, or --point twice with --distance")
     if photo is None:
         if outputs.folder is not None:
             raise ValueError("--output-dir is for a photograph of a grid; give --json for the scale of two points")
