@@ -3,10 +3,15 @@
 import gc
 import inspect
 import os
+import signal
 import tempfile
 from pathlib import Path
 
 import pytest
+
+# A shell's background job ignores Ctrl-C, and so would every command that a test starts and sends one.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # Before JAX is imported, and inherited by worker processes and by programs under test. Compiled code is shared within
 # one run of the suite, and with the runs before where a folder is named, as `make test` does. Small programs too: where

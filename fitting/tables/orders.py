@@ -152,9 +152,12 @@ def _checked_sds(arguments: dict) -> dict[str, float]:
     if arguments["gap_index"] is not None and np.sin(arguments["view_angle"]) ** 2 >= arguments["gap_index"] ** 2:
         raise ValueError(f"gap_index is {arguments['gap_index']}: light at this angle does not enter the gap")
     names = ("wavelength", "pixel_size", "radius", "view_angle", "gap_index")
-    if arguments["gap_index"] is None and arguments["gap_index_sd"] is not None:
-        raise ValueError("gap_index_sd is given without gap_index; give both")
-    sds = {name: absolute_sd(name, arguments[f"{name}_sd"], arguments[name]) or 0.0 for name in names}
+    values = {name: arguments[name] for name in names}
+    if values["gap_index"] is None and arguments["gap_index_sd"] is not None:
+        if None not in (arguments["wavelength"], arguments["radius"]):
+            raise ValueError("gap_index_sd is given without gap_index; give both")
+        values["gap_index"] = 1.0
+    sds = {name: absolute_sd(name, arguments[f"{name}_sd"], value) or 0.0 for name, value in values.items()}
     if sds["view_angle"] > _LARGEST_ANGLE_SD:
         raise ValueError(
             f"view_angle_sd is {sds['view_angle']:g}; allowed: up to {_LARGEST_ANGLE_SD:.3g} rad (45 degrees)"

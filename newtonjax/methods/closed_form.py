@@ -151,7 +151,7 @@ def _refused(scene: Scene) -> tuple[str, str] | None:
         return "light.tilt", "it takes light along -z"
     for k, surface in enumerate(scene.surfaces):
         if type(surface) is not Surface:
-            return f"surfaces[{k}] of {type(surface).__name__}", "it takes Surface itself"
+            return f"surfaces[{k}] of {type(surface).__name__}", "it takes spheres and planes"
         if words := surface.shape_words():
             return f"surfaces[{k}].{words[0]}", "it takes spheres and planes"
         if not surface.is_plane() and is_known_nonzero(surface.tilt):
