@@ -21,7 +21,10 @@ import numpy as np
 
 import fitting
 from experiments import records
-from experiments.truth.trial_rows import PICTURES, TABLES, Row
+from experiments.truth.trial_photos import PHOTOS
+from experiments.truth.trial_pictures import PICTURES
+from experiments.truth.trial_rows import Row
+from experiments.truth.trial_sheets import TABLES
 
 SHARED = Path(os.environ.get("NEWTONJAX_SHARED", "../shared"))
 _LONGEST_REFUSAL = 1.5  # CPU seconds
@@ -134,7 +137,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path, help="file of the table instead of results/trials.json")
     parser.add_argument("--quick", action="store_true", help="the tables alone, nothing written")
     options = parser.parse_args()
-    rows = TABLES if options.quick else PICTURES + TABLES
+    rows = TABLES if options.quick else PICTURES + PHOTOS + TABLES
     if not (SHARED / "trials").is_dir():
         print(f"no trials in {SHARED} (NEWTONJAX_SHARED): nothing to measure")
         return

@@ -102,3 +102,13 @@ def test_rings_beneath_dust_and_a_cross_hair_lock_in_the_middle(shared):
 
 def test_a_hologram_of_a_bead_has_no_rings_in_the_middle(shared):
     assert fitting.fit(shared / "trials" / "hologram_of_a_bead.jpg", wavelength=660e-9).status == "refused"
+
+
+@pytest.mark.parametrize("name", ["phone_1m_crosshair_a.jpg", "eyepiece_arcs.jpg"])
+def test_a_pixel_size_does_not_change_the_fringe_scale(shared, name):
+    """Without one, view and distortion were not tried: the scale was 8.7 and 12.5 % less than with one."""
+    size = 10e-6
+    scale = fitting.fit(shared / "photos" / name, wavelength=SODIUM).fringe_scale_per_px2
+    result = fitting.fit(shared / "photos" / name, wavelength=SODIUM, pixel_size=size)
+    of_radius = size**2 / (result.radius * SODIUM)
+    assert abs(scale / of_radius - 1) < 0.1 * result.parameters["radius"].sd / result.radius
