@@ -22,7 +22,7 @@ _SAME_SIZE = 0.6
 
 @dataclass(frozen=True)
 class CameraScale:
-    """The scale that `fitting.scale` measured.
+    """The scale that `fitting.scale` measured, or `fitting.fit` by a lens of known radius: that one is a size alone.
 
     - `pixel_size`, `pixel_size_sd` [m].
     - `distortion`: κ and its standard deviation, None where it was not measured; u (1 + κ |u|²), u in `half_diagonal`s
@@ -76,7 +76,7 @@ def _half_diagonal(shape: tuple[int, ...]) -> float:
 
 
 def camera_scale(scale: Any) -> CameraScale:
-    """The scale of a result of `fitting.scale`, or in the JSON file of one.
+    """The scale of a result of `fitting.scale`, or of a fit that measured the pixel size, or in the JSON file of one.
 
     Raises FileNotFoundError, and ValueError for what holds no pixel size.
     """
@@ -102,7 +102,8 @@ def _from_json(saved: Any, name: str) -> CameraScale:
         measured = None if not distortion_sd else (number("distortion", distortion), number("its sd", distortion_sd))
         return CameraScale(*_with_sides(saved, size, sd), measured, half_diagonal, *_stretches(saved, size, sd))
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        text = f"{name} holds no pixel_size_m with pixel_size_sd_m; make it by `newtonjax scale`"
+        way = "make it by `newtonjax scale`, or by `newtonjax fit --radius` of a lens of known radius"
+        text = f"{name} holds no pixel_size_m with pixel_size_sd_m; {way}"
         raise ValueError(text) from error
 
 
@@ -115,8 +116,10 @@ def _with_sides(saved: Mapping[str, Any], size: float, sd: float) -> tuple[float
 def _stretches(saved: Mapping[str, Any], size: float, sd: float) -> tuple[np.ndarray, np.ndarray]:
     """Stretch and shear with their variances; of earlier versions' files from the sides, whose deviations are as sd.
 
-    These say nothing of the shear.
+    These say nothing of the shear. A lens of known radius says of neither what is the camera's and what its own.
     """
+    if saved.get("kind") == "FitResult":
+        return np.zeros(2), np.ones(2)
     if saved.get("stretch") is not None:
         values, sds = ([number(way + end, saved[way + end]) for way in _WAYS] for end in ("", "_sd"))
         return np.array(values), np.square(sds)

@@ -99,8 +99,9 @@ def fit(
         faces) by name: True forces a part on, with what it needs (a fifth order the distortion, a film the contact),
         False excludes it; for a part that is not named the image decides (Schwarz's criterion).
       page: of a file with several pictures, from 1 on; the first, with a warning, where it is not given.
-      scale: in place of pixel_size and pixel_size_sd, a result of `fitting.scale` of the same camera, or its JSON
-        file. Its distortion is a prior of the fit's; rings that are stretched otherwise than the grid are warned of.
+      scale: in place of pixel_size and pixel_size_sd, a result of `fitting.scale` of the same camera, or of `fit` with
+        the radius of another lens given (its pixel size and standard deviation alone), or the JSON file of one. A
+        grid's distortion is a prior of the fit's; rings that are stretched otherwise than the grid are warned of.
       progress: True for a bar on the terminal, or a function of (steps done, their number).
 
     What the data cannot give comes back as a status and a message. Raises ValueError and FileNotFoundError for input

@@ -40,6 +40,7 @@ class FitOptions(NamedTuple):
     plate_radius: float | None = None
     plate_radius_sd: float | str | None = None
     page: int | None = None
+    radius_sd: float | str | None = None
 
 
 def run(photo: Path, options: FitOptions, outputs: Outputs) -> int:
@@ -52,7 +53,8 @@ def run(photo: Path, options: FitOptions, outputs: Outputs) -> int:
     with progress(f"fitting {photo.name}"):
         result = fitting.fit(photo, **arguments)
     if not options.mcmc or result.evidence is None:
-        return outputs.write(result, Extras(files=partial(_files, result, photo, None)))
+        advice = _scale_advice(photo, options) if result.status == "no-scale" else ""
+        return outputs.write(result, Extras(text=advice, files=partial(_files, result, photo, None)))
     picture = outputs.keep(result)
     chain = _chain(result, outputs)
     outputs = outputs._replace(force=True)  # of what is there now the files of this run are replaced
@@ -94,6 +96,22 @@ def _files(result, photo: Path, chain, picture: bytes) -> dict[str, bytes | str]
         pictures |= {"Posterior": added["corner.png"], "Chain": added["trace.png"]}
     tables = {name: _csv(result.ring_table(kind)) for kind, name in _RING_TABLES.items() if result.rings}
     return {**added, **tables, "report.html": page(result, photo, command, pictures, chain)}
+
+
+def _scale_advice(photo: Path, options: FitOptions) -> str:
+    """How to get the pixel size that a radius needs; nothing where it was given."""
+    if options.pixel_size is not None or options.scale_from is not None:
+        return ""
+    lamp = "sodium" if options.wavelength is None else f"{options.wavelength.within(1.0) * 1e9:.7g}nm"
+    fit = f"newtonjax fit {shlex.quote(str(photo))} --wavelength {lamp}"
+    view = "" if options.view is None else f" --view {options.view}"
+    return (
+        "\n[[Next]]  for a radius: photograph a ruler at the same place, read two of its lines in pixels, then\n"
+        "    newtonjax scale --point 120,340 --point 980,352 --distance 10mm --json scale.json\n"
+        f"    {fit}{view} --scale-from scale.json\n"
+        "or, in place of the ruler, a lens of known radius:\n"
+        f"    newtonjax fit known.jpg --wavelength {lamp} --radius 1m --radius-sd 0.5%{view} --json scale.json"
+    )
 
 
 def _csv(columns: Mapping[str, list]) -> str:
@@ -152,7 +170,7 @@ def arguments_of(options: FitOptions) -> dict:
     }
     if options.wavelength is not None and options.wavelength_sd is None:
         arguments["wavelength_sd"] = options.wavelength.sd
-    for name in ("plate_radius", "plate_radius_sd", "page"):
+    for name in ("plate_radius", "plate_radius_sd", "page", "radius_sd"):
         if getattr(options, name) is not None:
             arguments[name] = getattr(options, name)
     if options.mask is not None:

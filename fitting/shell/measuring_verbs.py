@@ -21,6 +21,7 @@ from fitting.shell.options import (
     PixelSd,
     PlateRadius,
     PlateSd,
+    RadiusSd,
     ScaleFrom,
     SceneFile,
     Separator,
@@ -47,6 +48,7 @@ def fit(
     pixel_size_sd: PixelSd = None,
     wavelength_sd: WaveSd = None,
     radius: KnownRadius = None,
+    radius_sd: RadiusSd = None,
     view: View = None,
     scene: SceneFile = None,
     transfer: Transfer = None,
@@ -73,7 +75,7 @@ def fit(
     named = {name: is_there for name, is_there in parts.items() if is_there is not None}
     options = fit_verb.FitOptions(
         wavelength, pixel_size, wavelength_sd, pixel_size_sd, radius, view, scene, transfer, scale_from, named, mask,
-        mcmc, plate_radius, plate_radius_sd, page,
+        mcmc, plate_radius, plate_radius_sd, page, radius_sd,
     )  # fmt: skip
     return fit_verb.run(photo, options, Outputs(json, output_dir, force))
 
@@ -134,9 +136,7 @@ def rings(
     radius: Annotated[
         float | None, option(quantities.positive_length, "LENGTH", "A known radius: then the wavelength comes out.")
     ] = None,
-    radius_sd: Annotated[
-        Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of the known radius.")
-    ] = None,
+    radius_sd: RadiusSd = None,
     view: View = None,
     bright: Annotated[bool, typer.Option("--bright", help="The readings are of bright rings.")] = False,
     view_angle: Annotated[

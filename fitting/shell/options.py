@@ -110,6 +110,7 @@ ScreenPixel = Annotated[
 ]
 PixelSd = Annotated[Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of the pixel size.")]
 WaveSd = Annotated[Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of the wavelength.")]
+RadiusSd = Annotated[Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of the known radius.")]
 KnownRadius = Annotated[
     float | None,
     option(quantities.positive_length, "LENGTH", "Known radius; then the wavelength or the pixel size is measured."),

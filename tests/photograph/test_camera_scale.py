@@ -9,6 +9,7 @@ from rings_data import WAVELENGTH, rings
 import fitting
 from fitting.photograph.camera_scale import camera_scale
 from fitting.photograph.task import task_of
+from fitting.shell.cli import main
 
 SHAPE = (256, 256)
 
@@ -128,3 +129,34 @@ def test_the_grids_distortion_joins_that_of_the_image_as_their_deviations_say():
     assert drawn.std() == pytest.approx(joined.sd, rel=0.15)
     excluded = fitting.fit(image, wavelength=WAVELENGTH, scale=grid, parts={"distortion": False})
     assert "distortion" not in excluded.parameters
+
+
+def test_a_lens_of_known_radius_is_a_scale_for_another(tmp_path, capsys):
+    for name, radius in (("known", 0.3), ("other", 0.2)):
+        np.save(tmp_path / f"{name}.npy", rings(radius, noise=0.02, seed=int(10 * radius)))
+    lamp, file = ["--wavelength", "589.3nm", "--view", "reflected"], tmp_path / "scale.json"
+    known = ["--radius", "0.3m", "--radius-sd", "0.4%", "--json", str(file)]
+    assert main(["fit", str(tmp_path / "known.npy"), *lamp, *known]) == 0
+    by_lens = fitting.FitResult.load(file)
+    sd = by_lens.parameters["pixel_size"].sd
+    assert sd / 5e-6 == pytest.approx(0.002, rel=0.01)
+    capsys.readouterr()
+    assert main(["fit", str(tmp_path / "other.npy"), *lamp, "--scale-from", str(file), "--json", "-"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    budget = {row["source"]: row["sd_m"] for row in answer["budget"]}
+    assert budget["pixel_size"] == pytest.approx(0.004 * 0.2, rel=0.02)
+    assert abs(answer["radius_m"] - 0.2) < 0.002 * 0.2
+    assert "STRETCHED_OTHERWISE" not in answer["warning_codes"]
+    in_python = fitting.fit(tmp_path / "other.npy", wavelength=589.3e-9, view="reflected", scale=by_lens)
+    assert in_python.radius == pytest.approx(answer["radius_m"], rel=1e-12)
+
+
+def test_a_fit_without_a_scale_ends_with_the_way_to_one(tmp_path, capsys):
+    np.save(tmp_path / "rings.npy", rings(noise=0.02))
+    assert main(["fit", str(tmp_path / "rings.npy"), "--wavelength", "589.3nm", "--view", "reflected"]) == 0
+    commands = [line.split() for line in capsys.readouterr().out.splitlines() if line.startswith("    newtonjax ")]
+    file = str(tmp_path / "scale.json")
+    (ruler, again, _) = [[file if word == "scale.json" else word for word in words[1:]] for words in commands]
+    assert main(ruler) == 0
+    assert main(again) == 0
+    assert "[[Next]]" not in capsys.readouterr().out
