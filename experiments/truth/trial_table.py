@@ -2,8 +2,10 @@
 
 Every file of the shared folders `trials`, `photos` and `tables` (NEWTONJAX_SHARED), measured as a user would: what
 came of it before (its README says so), what comes of it now, what is right, and whether these two agree. A number is
-right where it lies within two and a half of the larger standard deviations of what is known, 2 % of a reading by eye,
-or where the README states the interval. CPU seconds are the second call's: the first one compiles.
+right within 2.5 (tables: 0.5) of the larger of two deviations, its own and that of what is known. A scale that was read
+by eye lies between axis and rim, where distortion changes it: 6 % is its deviation. Photographs of which nothing is
+known are asked for an answer alone, and white light is held against the catalogue's radius. CPU seconds are the second
+call's, or the first's if that is less: the first one compiles.
 
     python -m experiments.truth.trial_table [--output FILE] [--quick]
 """
