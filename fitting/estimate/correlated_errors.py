@@ -25,7 +25,7 @@ def correlation(grid: Grid, residual: np.ndarray, weights: np.ndarray, sizes: tu
     variance = _mean(weights * residual**2, weights)
     if not variance > 0:
         return 1.0
-    tables = _summed(weights), _summed(weights * residual)
+    tables = np.stack([_summed(weights), _summed(weights * residual)])
     largest = 1.0
     for size in sizes:
         # A size in the grid's own blocks, at least two of them.
@@ -33,7 +33,7 @@ def correlation(grid: Grid, residual: np.ndarray, weights: np.ndarray, sizes: tu
         ratios, count = [], np.inf
         for rows in (0, side // 2):
             for columns in (0, side // 2):
-                weight, total = (_blocks(table, grid, side, (rows, columns)) for table in tables)
+                weight, total = _blocks(tables, grid, side, (rows, columns))
                 whole = weight > 0.5 * side**2
                 count = min(count, whole.sum())
                 if whole.sum() >= _FEWEST:
@@ -56,10 +56,12 @@ def _summed(table: np.ndarray) -> np.ndarray:
 
 
 def _blocks(summed: np.ndarray, grid: Grid, side: int, offset: tuple[int, int]) -> np.ndarray:
-    """Sums over blocks on the whole frame's grid, moved by an offset; those at the box's edges are cut off by it."""
-    for axis, first in enumerate((grid.rows[0], grid.columns[0])):
-        count = summed.shape[axis] - 1
-        edges = np.arange((offset[axis] - first) % side, count, side)
-        edges = np.unique(np.concatenate([[0], edges, [count]]))
-        summed = np.diff(np.take(summed, edges, axis=axis), axis=axis)
-    return summed
+    """Sums over blocks on the whole frame's grid, moved by an offset; those at the box's edges are cut off by it.
+
+    `summed` [tables, rows + 1, columns + 1].
+    """
+    edges = []
+    for first, shift, size in zip((grid.rows[0], grid.columns[0]), offset, summed.shape[1:], strict=True):
+        inner = range((shift - first) % side or side, size - 1, side)
+        edges.append(np.array([0, *inner, size - 1]))
+    return np.diff(np.diff(summed[:, edges[0][:, None], edges[1]], axis=1), axis=2)

@@ -6,7 +6,8 @@ cosine and a sine at the nodes, not through a tangent.
 """
 
 from collections.abc import Callable
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -64,22 +65,46 @@ class Eliminated(NamedTuple):
     inverse: Float64[np.ndarray, "low low"]
 
 
-class Point(NamedTuple):
-    """Chi-squared at given numbers, with its gradient and normal matrix [free] (background and contrast eliminated).
+@dataclass(frozen=True)
+class Point:
+    """Chi-squared at given numbers for the best background and contrast, and its derivatives when they are asked for.
 
-    - `contrast`: coefficients by `degrees(CONTRAST)`; `modulus` at the nodes; `background`: coefficients by
-      `degrees(BACKGROUND)`, zeros where its degree is lower.
-    - `columns` [envelope, polynomials], `tails` [envelope, free]: how the image changes with them.
+    - `contrast`: coefficients by `degrees(CONTRAST)`; `modulus` at the nodes.
+    - `columns` [envelope, polynomials]: how the image changes with the contrast; `changed`: normal equations times it.
+    - `background`: coefficients by `degrees(BACKGROUND)`, zeros where its degree is lower.
+    - `inner` [polynomials, polynomials]: the inverse of the contrast's own normal equations.
     """
 
+    rest: Eliminated
+    fields: Fields
     chi2: float
-    gradient: Float64[np.ndarray, " free"]
-    matrix: Float64[np.ndarray, "free free"]
     contrast: Float64[np.ndarray, " polynomials"]
     modulus: Float64[np.ndarray, " nodes"]
     columns: Float64[np.ndarray, "envelope polynomials"]
-    tails: Float64[np.ndarray, "envelope free"]
+    changed: Float64[np.ndarray, "envelope polynomials"]
+    inner: Float64[np.ndarray, "polynomials polynomials"]
     background: Float64[np.ndarray, " low"]
+
+    @cached_property
+    def tails(self) -> Float64[np.ndarray, "envelope free"]:
+        """How the image changes with the numbers."""
+        fields, ahead = self.fields, self.fields.phase - self.rest.normal.reference
+        tails = bent(self.modulus, ahead, fields.slopes)
+        if fields.contrast_slopes is not None:
+            shape = contrast_at_nodes()[:, : len(self.contrast)] @ self.contrast
+            tails = tails + tilted(shape[:, None] * fields.contrast_slopes, ahead)
+        return tails
+
+    @cached_property
+    def gradient(self) -> Float64[np.ndarray, " free"]:
+        """Half of chi-squared's slope downwards, by number."""
+        return self.tails.T @ (self.rest.of_fringes - self.changed @ self.contrast)
+
+    @cached_property
+    def matrix(self) -> Float64[np.ndarray, "free free"]:
+        """Normal matrix of the numbers, background and contrast eliminated."""
+        crossed = self.changed.T @ self.tails
+        return self.tails.T @ (self.rest.fringes @ self.tails) - crossed.T @ (self.inner @ crossed)
 
 
 def coefficients_of(degree: int, most: int) -> int:
@@ -110,17 +135,19 @@ def _analysis() -> np.ndarray:
 
 
 @cache
-def _pairs(left: int, right: int) -> np.ndarray:
-    """Where in a flat table the four sums T_a T_b = (T_{a+b} + T_{|a-b|}) / 2 lie, for both axes [4, left, right]."""
+def _pairs(left: int, right: int) -> tuple[np.ndarray, np.ndarray]:
+    """Where the sums T_a T_b = (T_{a+b} + T_{|a-b|}) / 2 along x lie in a flat table of pairs in y [left, right]."""
     (jl, il), (jr, ir) = degrees(left).T[:, :, None], degrees(right).T[:, None, :]
-    width = 2 * ENVELOPE + 1
-    return np.stack([j * width + i for j in (jl + jr, abs(jl - jr)) for i in (il + ir, abs(il - ir))])
+    row = (jl * (right + 1) + jr) * (2 * ENVELOPE + 1)
+    return row + il + ir, row + abs(il - ir)
 
 
 def _gram(table: np.ndarray, left: int, right: int) -> np.ndarray:
-    flat = table.ravel()
-    at = _pairs(left, right)
-    return (flat[at[0]] + flat[at[1]] + flat[at[2]] + flat[at[3]]) / 4
+    # One axis after the other: pairs in y are far fewer than pairs of products.
+    jl, jr = np.arange(left + 1)[:, None], np.arange(right + 1)
+    flat = (table[jl + jr] + table[abs(jl - jr)]).ravel()
+    above, below = _pairs(left, right)
+    return (np.take(flat, above) + np.take(flat, below)) / 4
 
 
 def normal_equations(sums: Sums) -> Normal:
@@ -186,7 +213,7 @@ def _inverse(matrix: np.ndarray) -> np.ndarray:
 
 
 def evaluate(rest: Eliminated, fields: Fields, degree: int) -> Point:
-    """Chi-squared and its derivatives at a model's fields, for the best background and contrast (of a degree)."""
+    """Chi-squared at a model's fields, for the best background and contrast (of a degree)."""
     shapes = contrast_at_nodes()[:, : coefficients_of(degree, CONTRAST)]
     if fields.contrast is not None:
         shapes = shapes * fields.contrast[:, None]
@@ -196,26 +223,11 @@ def evaluate(rest: Eliminated, fields: Fields, degree: int) -> Point:
     target = columns.T @ rest.of_fringes
     inner = _inverse(columns.T @ changed)
     best = inner @ target
-    modulus = shapes @ best
-    tails = bent(modulus, ahead, fields.slopes)
-    if fields.contrast_slopes is not None:
-        growth = (contrast_at_nodes()[:, : len(best)] @ best)[:, None] * fields.contrast_slopes
-        tails = tails + tilted(growth, ahead)
-    residual = rest.of_fringes - changed @ best
-    crossed = changed.T @ tails
     background = np.zeros(len(rest.normal.of_smooth))
     of_fringes = rest.normal.crossed[: rest.low] @ (columns @ best)
     background[: rest.low] = rest.inverse @ (rest.normal.of_smooth[: rest.low] - of_fringes)
-    return Point(
-        rest.square - float(best @ target),
-        tails.T @ residual,
-        tails.T @ (rest.fringes @ tails) - crossed.T @ (inner @ crossed),
-        best,
-        modulus,
-        columns,
-        tails,
-        background,
-    )
+    chi2 = rest.square - float(best @ target)
+    return Point(rest, fields, chi2, best, shapes @ best, columns, changed, inner, background)
 
 
 def evaluate_model(

@@ -125,13 +125,24 @@ def robust_fit(
     fixed: dict,
     parts: tuple[str, ...] = (),
     prior: Prior = NO_PRIOR,
+    is_near: bool = False,
 ) -> Fitted:
     """Fit, and where blocks lie far off the fit, weight them down by Tukey's biweight, up to its fixed point.
 
-    Dark fringes are those of a positive contrast: where it came out negative and the phase is free, half a turn puts it
+    `is_near`: whether the start is about the optimum of least squares: then outliers are those of the start. Dark
+    fringes are those of a positive contrast: where it came out negative and the phase is free, half a turn puts it
     right.
     """
     problem = problem_of(model, fixed, parts, prior=prior)
+    settled = _near_fit(problem, reduced, starts[0], is_near)
+    solution, left, scale = settled or _robust_from(problem, reduced, starts)
+    return Fitted(model, reduced, solution, left, scale, fixed, parts, normal_matrix(solution))
+
+
+def _robust_from(
+    problem: Problem, reduced: Reduced, starts: list[np.ndarray]
+) -> tuple[Solution, Residuals, float | None]:
+    """The robust fit from starts that may be far: its outliers are those of a fit without weights."""
     solution = _illuminated(problem, reduced, starts)
     if float(solution.point.modulus.mean()) < 0 and "phase" in solution.problem.free:
         turned = np.array(Numbers(*solution.numbers)._replace(phase=solution["phase"] + 0.5))
@@ -150,7 +161,26 @@ def robust_fit(
     if scale is None:
         solution = solve(solution.problem, reduced, solution.numbers, first=solution.normal)
         left = robust.residuals_of(solution, reduced, None)
-    return Fitted(model, reduced, solution, left, scale, fixed, parts, normal_matrix(solution))
+    return solution, left, scale
+
+
+def _near_fit(problem: Problem, reduced: Reduced, numbers: np.ndarray, is_near: bool) -> robust.Settled | None:
+    """The robust fit next to numbers by which outliers are told; None where they are none, or the fringes few."""
+    if not is_near:
+        return None
+    phase, settled = problem.phase.fields(numbers).phase, None
+    normal = normal_equations(sums(reduced, phase, problem.phase.edges(numbers)))
+    solution = stay(problem, normal, numbers)
+    left = robust.residuals_of(solution, reduced, None)
+    spread = robust.spread_of(left, reduced.used)
+    are_many, is_dark = fringe_count(reduced, phase) >= FEW, float(solution.point.modulus.mean()) >= 0
+    if are_many and is_dark and not robust.is_clean(left, reduced, spread):
+        weighted = replace(reduced, weights=robust.tukey(left.value, reduced, spread))
+        start = converge(problem, weighted, numbers)
+        settled = robust.settle(start.problem, reduced, start, spread)
+        if not settled.solution.converged or robust.is_clean(settled.left, reduced, settled.scale):
+            settled = None
+    return settled
 
 
 def finely(fit: Fitted, photograph: Photograph) -> Fitted:
@@ -167,7 +197,7 @@ def finely(fit: Fitted, photograph: Photograph) -> Fitted:
         return fit
     pixels = reduce(photograph, 1, dtype=np.float64 if exact else np.float32)
     model = moved_to(fit.model, pixels.grid)
-    again = robust_fit(model, pixels, [fit.numbers], fit.fixed, fit.parts, fit.solution.problem.prior)
+    again = robust_fit(model, pixels, [fit.numbers], fit.fixed, fit.parts, fit.solution.problem.prior, True)
     return again if again.converged or not fit.converged else fit
 
 

@@ -22,7 +22,6 @@ _ROUNDED = 1e6
 # A step below this share of the numbers' standard deviation, correlation of residuals included, ends the rounds.
 _SETTLED = 0.002
 _MOST, _MEMORY, _SHORTER = 30, 4, 1.0
-_STEPS = 3
 # What has not settled to this share after so many rounds has no fixed point nearby.
 _LOST = 0.1
 _LOW = len(degrees(BACKGROUND))
@@ -84,8 +83,8 @@ def settle(problem: Problem, reduced: Reduced, start: Solution, scale: float) ->
     shortest, inflation = np.inf, 1.0
     for _ in range(_MOST):
         moments, left = _round(problem, reduced, state)
-        # A step or two: what they leave, the next round takes, and mixing sees both alike.
-        solution = descend(problem, normal_equations(moments), state[: len(NUMBERS)], steps=_STEPS)
+        # One step: what it leaves, the next round takes, and mixing sees both alike.
+        solution = descend(problem, normal_equations(moments), state[: len(NUMBERS)], steps=1)
         scale = spread_of(left, reduced.used)
         result = _state(solution, scale)
         step = result - state

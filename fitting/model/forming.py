@@ -29,19 +29,27 @@ def form_slopes(frame: Frame, x, y, numbers: Numbers) -> tuple[Any, dict[str, np
     """What the parts add to the phase [turns], and its derivatives by number, by NumPy."""
     along_x, along_y = _powers(frame, x, y, numbers)
     monomials = _products(along_x, along_y, _MONOMIALS)
-    slopes = dict(zip(POLYNOMIALS, np.tensordot(_TABLE, monomials, 1), strict=True))
+    slopes = dict(zip(POLYNOMIALS, _combined(_TABLE, monomials), strict=True))
     values = np.array([getattr(numbers, name) for name in POLYNOMIALS])
     if not values.any():
         return 0.0, slopes
     combined = values @ _TABLE
     lower = _products(along_x, along_y, _LOWER)
     for name, growth in (("centre_x", _BY_X), ("centre_y", _BY_Y)):
-        slopes[name] = np.tensordot(combined @ growth, lower, 1) / -frame.reach
-    return np.tensordot(combined, monomials, 1), slopes
+        slopes[name] = _combined(combined @ growth, lower) / -frame.reach
+    return _combined(combined, monomials), slopes
 
 
 def _products(along_x: list, along_y: list, powers: list[tuple[int, int]]) -> np.ndarray:
-    return np.stack(np.broadcast_arrays(*(along_x[i] * along_y[j] for i, j in powers)))
+    products = np.empty((len(powers), *np.broadcast_shapes(np.shape(along_x[1]), np.shape(along_y[1]))))
+    for at, (i, j) in enumerate(powers):
+        products[at] = along_x[i] * along_y[j]
+    return products
+
+
+def _combined(table: np.ndarray, products: np.ndarray) -> np.ndarray:
+    """Sums of products by a table's last axis."""
+    return (table @ products.reshape(len(products), -1)).reshape(*table.shape[:-1], *products.shape[1:])
 
 
 def _powers(frame: Frame, x, y, numbers: Numbers) -> tuple[list, list]:

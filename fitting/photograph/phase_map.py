@@ -44,9 +44,13 @@ class End(NamedTuple):
 
 
 class Target:
-    """Where the fringes of an image lie, place by place, as a fit of about the same phase tells."""
+    """Where the fringes of an image lie, place by place, as a fit of about the same phase tells.
 
-    def __init__(self, solution: Solution, reduced: Reduced, phase: np.ndarray):
+    `negligible`: a cost for which no further step is made.
+    """
+
+    def __init__(self, solution: Solution, reduced: Reduced, phase: np.ndarray, negligible: float):
+        self.negligible = negligible
         self.x, self.y, ahead, strength = phase_map(reduced, phase, _FEW_BLOCKS)
         self.turns = solution.problem.phase.slopes_at(self.x, self.y, solution.numbers)[0] + ahead
         # A phasor is half of the fringes' swing; they average over all phases.
@@ -66,21 +70,30 @@ class Target:
 
     def _stepped(self, problem: Problem, numbers: np.ndarray, moving: np.ndarray, most: int) -> End:
         centre, cost = problem.pull
-        names, held = [NUMBERS[at] for at in moving], np.diag(np.sqrt(cost))[:, moving]
+        names = [NUMBERS[at] for at in moving]
         end, share, step = End(numbers, np.inf), 1.0, np.zeros(len(moving))
         for _ in range(most):
             turns, slopes = problem.phase.slopes_at(self.x, self.y, numbers)
-            astray = np.concatenate([(self.turns - turns) * self.root, np.sqrt(cost) * (centre - numbers)])
-            total = float(astray @ astray)
+            ahead, pull = (self.turns - turns) * self.root, cost * (centre - numbers)
+            total = float(ahead @ ahead + pull @ (centre - numbers))
             if total < end.cost:
+                is_last = total > end.cost - self.negligible
                 end, share = End(numbers, total), 1.0
-                rows = np.concatenate([np.stack([slopes[name] for name in names], axis=1) * self.root[:, None], held])
-                step = np.linalg.lstsq(rows, astray, rcond=1e-12)[0]
+                if is_last:
+                    break
+                rows = np.stack([slopes[name] * self.root for name in names])
+                step = _solved(rows @ rows.T + np.diag(cost[moving]), rows @ ahead + pull[moving])
             else:
                 share /= 4
             numbers = end.numbers.copy()
             numbers[moving] += share * step
         return end
+
+
+def _solved(matrix: np.ndarray, gradient: np.ndarray) -> np.ndarray:
+    size = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    size = np.where(size > 0, size, 1.0)
+    return np.linalg.lstsq(matrix / np.outer(size, size), gradient / size, rcond=1e-14)[0] / size
 
 
 def phase_map(reduced: Reduced, phase: np.ndarray, to_a_side: int = _BLOCKS) -> tuple[np.ndarray, ...]:

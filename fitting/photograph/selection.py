@@ -263,7 +263,7 @@ def _with_parts(
     """The robust fit with parts; `variance`: of the light per unit weight, that of the plain fit unless given."""
     variance = variance_of(plain)[0] if variance is None else variance
     prior = priors.of(parts, numbers, variance)
-    return robust_fit(plain.model, plain.reduced, [numbers], plain.fixed, parts, prior)
+    return robust_fit(plain.model, plain.reduced, [numbers], plain.fixed, parts, prior, is_near=True)
 
 
 def _unfitted(wishes: dict[str, bool], best: Trial) -> dict[str, str]:

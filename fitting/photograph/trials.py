@@ -34,10 +34,12 @@ from fitting.photograph.priors import Priors
 from fitting.photograph.variance import variance_of
 
 # A trial that has not settled after so many new moments is judged as it is; the chosen one is fitted again. Its phase
-# may be so far from the moments' [turns].
-_ROUNDS, _NEAR = 25, 0.1
+# may be so far from the moments' [turns]: the envelope holds a quarter turn.
+_ROUNDS, _NEAR = 25, 0.25
 # A step of a trial that promises a smaller drop of chi-squared [variances, correlation included] is its last one.
 _TOLERANCE = 0.02
+# A step on the phase alone that gains a smaller share of that is its last one.
+_NEGLIGIBLE = 0.1
 # Steps of a trial, and of each disc's before the best ones go on, and how many these are: false optima are near. One
 # that then has so many times the least chi-squared is on none of the best.
 _STEPS, _FIRST_STEPS, _FURTHER, _FALSE = 60, 3, 4, 2.0
@@ -140,11 +142,12 @@ class Trials:
             return trial
         edges, grid = problem.phase.edges(trial.numbers), self.reduced.grid
         phase = at_blocks(grid, trial.solution.fields.phase) if edges is None else edges(grid, slice(None))
-        target = Target(trial.solution, self.reduced, phase)
+        least = _TOLERANCE * self.variance
+        target = Target(trial.solution, self.reduced, phase, _NEGLIGIBLE * least)
         ends = [target.nearest(problem, trial.numbers, start) for start in ({}, *starts)]
         reference, *alternatives = ends
         end = min(alternatives, key=lambda end: end.cost, default=reference)
-        if end.cost > reference.cost - _TOLERANCE * self.variance:
+        if end.cost > reference.cost - least:
             return trial
         return min(trial, self.fit(trial.parts, end.numbers), key=lambda fit: (not self.is_sane(fit), self.cost(fit)))
 
