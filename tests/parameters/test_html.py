@@ -54,6 +54,8 @@ def test_mcmc_leaves_chain_corner_and_trace(tmp_path, capsys, monkeypatch):
     ]
     assert main(["fit", str(photo), *given, "--output-dir", str(out)]) == 0
     names = {path.name for path in out.iterdir()}
-    assert names == {"chain.h5", "corner.png", "report.html", "report.txt", "result.json", "result.png", "trace.png"}
+    pictures = {"corner.png", "result.png", "trace.png"}
+    tables = {"bright_rings.csv", "dark_rings.csv"}
+    assert names == {"chain.h5", "report.html", "report.txt", "result.json", *pictures, *tables}
     assert "[[Posterior]]" in capsys.readouterr().out
     assert '"posterior"' in (out / "result.json").read_text(encoding="utf-8")

@@ -126,7 +126,7 @@ def test_what_is_neither_file_nor_columns_says_what_it_is(table):
     [
         {},
         {"wavelength": WAVELENGTH, "radius": 1.0, "gap_index": 1.33},
-        {"wavelength": WAVELENGTH, "gap_index_sd": 0.01},
+        {"wavelength": WAVELENGTH, "radius": 1.0, "gap_index_sd": 0.01},
         {"radius": 1.0, "expected_radius": 1.0},
         {"wavelength": WAVELENGTH, "radius_sd": 0.1},
     ],
