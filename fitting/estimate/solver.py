@@ -154,8 +154,12 @@ def descend(
     fields, point = evaluate_model(rest, problem.phase.fields, numbers, degree)
     count = 0
     for count in range(1, steps + 1):  # noqa: B007  # the solution says it
-        matrix = point.matrix[np.ix_(moving, moving)] + np.diag(cost[moving])
-        gradient = (point.gradient - cost * (numbers - centre))[moving]
+        # A start may lie anywhere, as a step may.
+        with np.errstate(over="ignore", invalid="ignore"):
+            matrix = point.matrix[np.ix_(moving, moving)] + np.diag(cost[moving])
+            gradient = (point.gradient - cost * (numbers - centre))[moving]
+        if not (np.isfinite(matrix).all() and np.isfinite(gradient).all()):
+            break
         step = _step(matrix, gradient, damping)
         # Where every pixel is an outlier there is no weight.
         variance = max(_objective(point, numbers, centre, cost), 0.0) / max(weight, 1e-300)

@@ -32,7 +32,10 @@ def followed(fit: Fitted, parts: tuple[str, ...]) -> np.ndarray | None:
     for _ in range(4):
         phase, slopes = gap_phase.phase_and_slopes(model, x, y, trial)
         slope = np.stack([slopes[name] for name in names], axis=1) * root[:, None]
-        trial[slots_of(names)] += np.linalg.lstsq(slope, (target - phase) * root, rcond=1e-12)[0]
+        ahead = (target - phase) * root
+        if not (np.isfinite(slope).all() and np.isfinite(ahead).all()):
+            return None
+        trial[slots_of(names)] += np.linalg.lstsq(slope, ahead, rcond=1e-12)[0]
     return trial if np.isfinite(trial).all() else None
 
 
@@ -82,7 +85,10 @@ class Target:
                 if is_last:
                     break
                 rows = np.stack([slopes[name] * self.root for name in names])
-                step = _solved(rows @ rows.T + np.diag(cost[moving]), rows @ ahead + pull[moving])
+                matrix, gradient = rows @ rows.T + np.diag(cost[moving]), rows @ ahead + pull[moving]
+                if not (np.isfinite(matrix).all() and np.isfinite(gradient).all()):
+                    break
+                step = _solved(matrix, gradient)
             else:
                 share /= 4
             numbers = end.numbers.copy()

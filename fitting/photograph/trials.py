@@ -147,7 +147,7 @@ class Trials:
         ends = [target.nearest(problem, trial.numbers, start) for start in ({}, *starts)]
         reference, *alternatives = ends
         end = min(alternatives, key=lambda end: end.cost, default=reference)
-        if end.cost > reference.cost - least:
+        if not end.cost < reference.cost - least:
             return trial
         return min(trial, self.fit(trial.parts, end.numbers), key=lambda fit: (not self.is_sane(fit), self.cost(fit)))
 
