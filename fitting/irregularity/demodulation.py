@@ -117,8 +117,10 @@ def _neighbours(remainder: Remainder) -> tuple[np.ndarray, np.ndarray]:
     table = np.full((rows.max() + 2, columns.max() + 2), -1)
     table[rows, columns] = np.arange(len(rows))
     pairs = [(table[:, :-1], table[:, 1:]), (table[:-1], table[1:])]
-    chosen = [(first[(first >= 0) & (second >= 0)], second[(first >= 0) & (second >= 0)]) for first, second in pairs]
-    return np.concatenate([first for first, _ in chosen]), np.concatenate([second for _, second in chosen])
+    neighbours = [
+        (first[(first >= 0) & (second >= 0)], second[(first >= 0) & (second >= 0)]) for first, second in pairs
+    ]
+    return np.concatenate([first for first, _ in neighbours]), np.concatenate([second for _, second in neighbours])
 
 
 def _boxes(field: np.ndarray, step: int) -> np.ndarray:

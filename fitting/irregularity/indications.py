@@ -49,15 +49,15 @@ def indications(form: np.ndarray, covariance: np.ndarray) -> dict[str, tuple[flo
     }
 
 
-def _peak_to_valley(form: np.ndarray, covariance: np.ndarray, chosen: np.ndarray) -> tuple[float, float]:
-    values = _pupil_values()[:, : len(form)] * chosen
+def _peak_to_valley(form: np.ndarray, covariance: np.ndarray, is_counted: np.ndarray) -> tuple[float, float]:
+    values = _pupil_values()[:, : len(form)] * is_counted
     heights = values @ form
     span = values[heights.argmax()] - values[heights.argmin()]
     return float(span @ form), float(np.sqrt(max(span @ covariance @ span, 0.0)))
 
 
-def _rms(form: np.ndarray, covariance: np.ndarray, chosen: np.ndarray) -> tuple[float, float]:
-    part = form * chosen
+def _rms(form: np.ndarray, covariance: np.ndarray, is_counted: np.ndarray) -> tuple[float, float]:
+    part = form * is_counted
     size = float(np.linalg.norm(part))
     slope = part / size if size > 0 else np.zeros(len(form))
     return size, float(np.sqrt(max(slope @ covariance @ slope, 0.0)))

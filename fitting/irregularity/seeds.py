@@ -27,7 +27,7 @@ def forms(tiles: Tiles, terms: int = TERMS) -> list[np.ndarray]:
     energy = _energy(rise[:, : min(_ENERGY_TERMS, terms) - 1], slope, tiles.weights)
     signs = _descended(signs, energy)
     signs = _descended(np.vstack([signs, _turned(signs[:_TURNED], tiles)]), energy)
-    pairs = [_all_terms(chosen, rise, slope, tiles.weights) for chosen in signs[:_FOLLOWED]]
+    pairs = [_all_terms(candidate, rise, slope, tiles.weights) for candidate in signs[:_FOLLOWED]]
     candidates: list[np.ndarray] = []
     for _, form in sorted(pairs, key=lambda pair: pair[0]):
         apart = [min(np.linalg.norm(form - candidate), np.linalg.norm(form + candidate)) for candidate in candidates]
@@ -77,9 +77,9 @@ def _descended(signs: np.ndarray, energy: np.ndarray) -> np.ndarray:
         active = gain[rows, best] > 1e-9
         if not active.any():
             break
-        chosen, flipped = rows[active], best[active]
-        field[chosen] -= 2 * signs[chosen, flipped][:, None] * energy[flipped]
-        signs[chosen, flipped] *= -1
+        changing, flipped = rows[active], best[active]
+        field[changing] -= 2 * signs[changing, flipped][:, None] * energy[flipped]
+        signs[changing, flipped] *= -1
     signs = np.unique(signs * signs[:, :1], axis=0)
     return signs[np.argsort(np.einsum("sn,nm,sm->s", signs, energy, signs, optimize=True))]
 

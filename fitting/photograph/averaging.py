@@ -26,10 +26,6 @@ _RANK = 1e-13
 Parts = frozenset[str]
 
 
-def _all(parts: Parts) -> bool:  # noqa: ARG001
-    return True
-
-
 @dataclass(frozen=True)
 class Average:
     """Mean numbers, covariance of all unknowns, and the weight of each set of parts.
@@ -69,16 +65,16 @@ class Averaging:
     def mean(
         self,
         variance: float,
-        allows: Callable[[Parts], bool] = _all,
-        held: Collection[str] = (),
+        allows: Callable[[Parts], bool] | None = None,
+        fixed_parts: Collection[str] = (),
         ratio: float = 1.0,
     ) -> Average:
-        """Over the sets that are allowed.
+        """Over the sets that are allowed, all of them unless `allows` says which.
 
-        `variance`: of the light per unit weight, errors that neighbours share included; `held`: parts whose numbers
-        stay as they are; `ratio`: of the data's own share of each variance to what `variance` makes it.
+        `variance`: of the light per unit weight, errors that neighbours share included; `fixed_parts`: those whose
+        numbers stay as they are; `ratio`: of the data's own share of each variance to what `variance` makes it.
         """
-        sets = [fit for member in self.members for fit in _sets(member, variance, allows, held, ratio)]
+        sets = [fit for member in self.members for fit in _sets(member, variance, allows, fixed_parts, ratio)]
         temper = max(1.0, float(np.sqrt(min(member.fit.correlation for member in self.members))))
         evidence = np.array([fit.evidence for fit in sets])
         share = np.exp((evidence - evidence.max()) / temper)
@@ -97,8 +93,8 @@ class Averaging:
 
 def sets_of(parts: Collection[str], forced: Collection[str] = ()) -> list[Parts]:
     """All sets of parts that hold those that are forced, and with each part those that it needs."""
-    chosen = [frozenset(s) | set(forced) for n in range(len(parts) + 1) for s in combinations(parts, n)]
-    nested = {s for s in chosen if all(need in s for part in s for need in PARTS[part].needs)}
+    candidates = [frozenset(s) | set(forced) for n in range(len(parts) + 1) for s in combinations(parts, n)]
+    nested = {s for s in candidates if all(need in s for part in s for need in PARTS[part].needs)}
     return sorted(nested, key=lambda s: (len(s), sorted(s)))
 
 
@@ -113,10 +109,10 @@ class _Set(NamedTuple):
 
 
 def _sets(
-    member: Member, variance: float, allows: Callable[[Parts], bool], held: Collection[str], ratio: float
+    member: Member, variance: float, allows: Callable[[Parts], bool] | None, fixed_parts: Collection[str], ratio: float
 ) -> Iterator[_Set]:
     """The sets of a member on the model linearized at its fit; what else is free there, is so in each of them."""
-    matrix = member.fit.matrix.holding(numbers_of(held))
+    matrix = member.fit.matrix.holding(numbers_of(fixed_parts))
     names = numbers_of(part for part in PARTS if any(part in s for s in member.sets))
     tested = slots_of(names)
     core = np.flatnonzero(matrix.active & ~np.isin(np.arange(len(matrix.values)), tested))
@@ -129,7 +125,7 @@ def _sets(
     aside = np.isin(names, [name for part in PARTS.values() for name in part.axis])
     values = matrix.values[tested]
     absent = np.where(aside, values, 0.0)
-    for parts in filter(allows, member.sets):
+    for parts in member.sets if allows is None else filter(allows, member.sets):
         free = np.isin(names, numbers_of(parts))
         step, spread, logarithm = _within(
             of_tested / variance, pull / variance, values, free, centre, 1 / sd**2, absent

@@ -48,20 +48,20 @@ def with_or_without(
 ) -> tuple[Trial, list[tuple[str, Trial]], dict[str, str]]:
     """The best of the fits with searched parts, or the one without; fits that are not ruled out; and why, by part."""
     judge = _Judge([without, *chain(*searches.values())], reduced)
-    chosen, rivals, evidence = without, [], {}
+    accepted, rivals, evidence = without, [], {}
     for part, fits in searches.items():
         if not fits:
             continue
         best, is_wished = min(fits, key=judge.criterion), wishes.get(part)
-        gain = judge.criterion(chosen) - judge.criterion(best)
+        gain = judge.criterion(accepted) - judge.criterion(best)
         if 0 < gain < PARTS[part].clear and not is_wished:
             rivals.append((f"{part}, not ruled out", best))
         if is_wished or gain > PARTS[part].clear:
-            chosen = best
-        evidence[part] = _words(part in chosen.parts, is_wished, gain)
-        if part in chosen.parts and wishes.get(lifting := SEARCHED[part].name):
+            accepted = best
+        evidence[part] = _words(part in accepted.parts, is_wished, gain)
+        if part in accepted.parts and wishes.get(lifting := SEARCHED[part].name):
             evidence[lifting] = f"asked for: with {part}"
-    return chosen, rivals, evidence
+    return accepted, rivals, evidence
 
 
 def _drops(plain: Fitted, part: str) -> list[float]:

@@ -50,12 +50,12 @@ def image_rows(choice: Choice, variance: float, known: Quantities) -> tuple[np.n
 
 def _rows_of_parts(fit: Fitted, variance: float) -> list[tuple[str, float]]:
     """Noise with the parts' numbers held; then what each part's own add."""
-    matrix, held = fit.matrix, [part for part in fit.parts if PARTS[part].parameters]
-    before = matrix.holding(numbers_of(held)).deviation("curvature", variance)
+    matrix, fixed_parts = fit.matrix, [part for part in fit.parts if PARTS[part].parameters]
+    before = matrix.holding(numbers_of(fixed_parts)).deviation("curvature", variance)
     rows = [("noise", before)]
-    while held:
-        part, *held = held
-        now = matrix.holding(numbers_of(held)).deviation("curvature", variance)
+    while fixed_parts:
+        part, *fixed_parts = fixed_parts
+        now = matrix.holding(numbers_of(fixed_parts)).deviation("curvature", variance)
         rows.append((part, float(np.sqrt(max(now**2 - before**2, 0.0)))))
         before = max(now, before)
     return rows
@@ -64,12 +64,12 @@ def _rows_of_parts(fit: Fitted, variance: float) -> list[tuple[str, float]]:
 def _rows_of_average(averaging: Averaging, variance: float, ratio: float) -> list[tuple[str, float]]:
     """Noise with no part free; then what each part adds, sets without it and with it averaged."""
     sets = averaging.members[0].sets
-    warps = [part for part in PARTS if any(part in chosen for chosen in sets)]
+    warps = [part for part in PARTS if any(part in names for names in sets)]
     searched = [part for part in averaging.members[0].fit.parts if PARTS[part].parameters and part not in warps]
     least = min(sets, key=len)
 
-    def deviation(parts: list[str], held: list[str]) -> float:
-        average = averaging.mean(variance, lambda chosen: chosen <= {*parts, *least}, held, ratio)
+    def deviation(parts: list[str], fixed_parts: list[str]) -> float:
+        average = averaging.mean(variance, lambda names: names <= {*parts, *least}, fixed_parts, ratio)
         return float(np.sqrt(max(Numbers(*np.diag(block_of(average.covariance))).curvature, 0.0)))
 
     before = deviation([], searched)

@@ -65,8 +65,8 @@ class Priors:
         `variance`: of the light per unit weight, errors that neighbours share included.
         """
         parts, start = tuple(parts), Numbers(*numbers)
-        held = {name: self.numbers[name] for name in numbers_of(parts) if name in self.numbers}
+        centres = {name: self.numbers[name] for name in numbers_of(parts) if name in self.numbers}
         for name, sd in anchors_of(parts).items():
             offset = getattr(start, name) - self.contact_phase
-            held[name] = (self.contact_phase + float(np.round(offset)), sd)
-        return Prior(held, variance)
+            centres[name] = (self.contact_phase + float(np.round(offset)), sd)
+        return Prior(centres, variance)

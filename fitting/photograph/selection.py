@@ -198,9 +198,9 @@ def _averaged(choice: Choice, members: list[Member]) -> Choice:
     averaging = Averaging(tuple(members))
     variance = variance_of(members[int(np.argmin(misfits))].fit)[0]
     average = averaging.mean(variance)
-    chosen, place, numbers = average.best
+    best_set, place, numbers = average.best
     member = members[place]
-    parts = tuple(part for part in PARTS if part in chosen or (part in member.fit.parts and part not in WARPS))
+    parts = tuple(part for part in PARTS if part in best_set or (part in member.fit.parts and part not in WARPS))
     fit = member.fit if parts == member.fit.parts else _restricted(member, parts, numbers, variance)
     if not fit.converged:
         fit = _with_parts(choice.found, parts, numbers, member.priors)
@@ -231,10 +231,10 @@ def at_the_mean(choice: Choice) -> Choice:
         return choice
     variance = variance_of(fit)[0]
     of_data = max(data_variance(fit, variance), 1e-300)
-    chosen = frozenset(part for part in fit.parts if part in WARPS)
+    warps = frozenset(part for part in fit.parts if part in WARPS)
     average = averaging.mean(variance)
-    of_chosen = averaging.mean(variance, lambda parts: parts == chosen).best[2]
-    shift = np.where(fit.solution.problem.moving, average.numbers - of_chosen, 0.0)
+    of_warps = averaging.mean(variance, lambda parts: parts == warps).best[2]
+    shift = np.where(fit.solution.problem.moving, average.numbers - of_warps, 0.0)
     return choice._replace(shift=shift, ratio=scatter(fit, of_data) / of_data)
 
 

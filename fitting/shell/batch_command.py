@@ -13,6 +13,7 @@ from fitting.shell.options import (
     PixelSd,
     PlateRadius,
     PlateSd,
+    RadiusSd,
     ScaleFrom,
     SceneFile,
     Transfer,
@@ -51,6 +52,7 @@ def batch(
     pixel_size_sd: PixelSd = None,
     wavelength_sd: WaveSd = None,
     radius: KnownRadius = None,
+    radius_sd: RadiusSd = None,
     view: View = None,
     scene: SceneFile = None,
     transfer: Transfer = None,
@@ -79,7 +81,7 @@ def batch(
     named = {name: is_there for name, is_there in parts.items() if is_there is not None}
     options = FitOptions(
         wavelength, pixel_size, wavelength_sd, pixel_size_sd, radius, view, scene, transfer, scale_from, named, mask,
-        plate_radius=plate_radius, plate_radius_sd=plate_radius_sd, page=page,
+        plate_radius=plate_radius, plate_radius_sd=plate_radius_sd, page=page, radius_sd=radius_sd,
     )  # fmt: skip
     request = batch_verb.Request(photos or [], options, output_dir, Workers(workers, scheduler), follow, retry)
     return batch_verb.run(request)

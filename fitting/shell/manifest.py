@@ -39,6 +39,7 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "pixel_size": quantities.positive_length,
     "pixel_size_sd": quantities.length_sd,
     "radius": quantities.positive_length,
+    "radius_sd": quantities.length_sd,
     "view": _view,
     "scene": Path,
     "transfer": transfer_curve,

@@ -104,9 +104,9 @@ def parts_of(name: str) -> tuple[str, ...]:
     return (name, f"right_{unit}") if kind == "left" else (name,)
 
 
-def size_columns(chosen: Selection, table_headers: Iterable[str]) -> list[str]:
+def size_columns(columns_read: Selection, table_headers: Iterable[str]) -> list[str]:
     """Columns of ring sizes, the one to use first. Raises ValueError where there is none."""
-    cells, named = chosen.cells, chosen.named
+    cells, named = columns_read.cells, columns_read.named
     names = [name for name in SIZE_NAMES if all(part in cells for part in parts_of(name))]
     # Beside sizes of rings, positions are of something else.
     names = [name for name in names if not name.startswith("position")] or names
@@ -129,14 +129,14 @@ def size_columns(chosen: Selection, table_headers: Iterable[str]) -> list[str]:
 
 
 def deviation_column(
-    chosen: Selection, mapping: Mapping[str, str], table_headers: Iterable[str], size: str
+    columns_read: Selection, mapping: Mapping[str, str], table_headers: Iterable[str], size: str
 ) -> tuple[str, list[Statement]]:
     """The column with the sizes' standard deviations, "" without one, and what is to be said of such columns."""
     kind, unit = size.split("_")
     is_length = unit != "px"
     units = (unit, *(candidate for candidate in headers.UNITS if (candidate != "px") == is_length), "")
     candidates = ["_".join(filter(None, ["sd", of_kind, of_unit])) for of_unit in units for of_kind in ("", kind)]
-    name = next((candidate for candidate in candidates if candidate in chosen.cells), "")
+    name = next((candidate for candidate in candidates if candidate in columns_read.cells), "")
     read_from = " and ".join(parts_of(size))
     notes = []
     for header in table_headers:
@@ -174,9 +174,9 @@ def suggestion(raw: RawTable, mapping: Mapping[str, str]) -> dict[str, str]:
 
 def _order_among(columns: Mapping[str, np.ndarray]) -> str:
     """The column that is likeliest the orders: called so, else whole numbers in their order; else the rows' numbers."""
-    whole = [header for header, values in columns.items() if _is_count(values[np.isfinite(values)])]
-    ranked = [header for header in whole if headers.order_rank(header) is not None]
-    return (ranked or whole or [ROW])[0]
+    counts = [header for header, values in columns.items() if _is_count(values[np.isfinite(values)])]
+    ranked = [header for header in counts if headers.order_rank(header) is not None]
+    return (ranked or counts or [ROW])[0]
 
 
 def _is_count(values: np.ndarray) -> bool:

@@ -110,8 +110,8 @@ def _readings(raw: RawTable, columns: Mapping[str, str] | None, vernier: float |
     raw = united.raw
     mapping = mapped_columns(raw, columns)
     usual = in_usual_names(raw.cells, raw.lines, list(mapping.values()))
-    lines, chosen = usual.lines, selection(usual.cells, mapping)
-    cells = chosen.cells
+    lines, columns_read = usual.lines, selection(usual.cells, mapping)
+    cells = columns_read.cells
     if "order" not in cells:
         like = headers.order_like(usual.cells)
         raise UnreadTableError(
@@ -120,14 +120,14 @@ def _readings(raw: RawTable, columns: Mapping[str, str] | None, vernier: float |
     if united.needs_constant and not any(name in cells for name in SIZE_NAMES):
         listed = ", ".join(united.needs_constant)
         raise ValueError(f"{listed}: the vernier's constant is not stated; give vernier (--vernier 0.01mm)")
-    name, *secondaries = size_columns(chosen, usual.cells)
+    name, *secondaries = size_columns(columns_read, usual.cells)
     kind, unit = name.split("_")
     # A row whose order is no number is one of means, or of remarks.
     order = numbers(cells["order"], "order", lines, np.zeros(len(lines), bool))
     is_row = np.isfinite(order)
-    sd_name, sd_notes = deviation_column(chosen, mapping, usual.cells, name)
+    sd_name, sd_notes = deviation_column(columns_read, mapping, usual.cells, name)
     sizes = {key: numbers(cells[key], key, lines, is_row) for key in filter(None, (*parts_of(name), sd_name))}
-    warnings = [*chosen.notes, *usual.notes, *sd_notes]
+    warnings = [*columns_read.notes, *usual.notes, *sd_notes]
     radius = _radius(sizes, name) * _in_metres(unit)
     complete = np.all([is_row, *(np.isfinite(column) for column in sizes.values())], axis=0)
     if not complete.any():
