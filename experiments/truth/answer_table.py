@@ -7,7 +7,8 @@ deviations of before. A fit is timed at its second call, and the median of all i
 
 Without a pixel size no distortion was tried before, and is now: ten fringe scales move by 5 to 66 of the deviations of
 before, which left that out. So each photograph is also fitted with the parts that it had before, and no other; the
-quick form holds that answer to 0.3 of a deviation. With a pixel size answers differ for five reasons. Robust weights are brought to their fixed point, three rounds before: up to 0.3 of a
+quick form holds that answer to 0.3 of a deviation. With a pixel size answers differ for five reasons.
+Robust weights are brought to their fixed point, three rounds before: up to 0.3 of a
 deviation (led_red, white_light). Correlation is the mean of four grids of blocks, one before, which scatters by some
 20 %: so do deviations. An exponent of the codes at the edge of its range is refused: 0.4 (lens_850mm, 0.3 before; 0.936
 was explained, 0.958 now). Contacts end on the blocks themselves, on nodes before (flat_contact). Parts are others:
