@@ -43,6 +43,8 @@ from fitting.parameters.result import says_its_origin as says_its_origin
 from fitting.parameters.running import Progress as Progress
 from fitting.parameters.running import one_blas_thread as one_blas_thread
 from fitting.parameters.running import progress_of as progress_of
+from fitting.parameters.saved_scale import CameraScale as CameraScale
+from fitting.parameters.saved_scale import camera_scale as camera_scale
 from fitting.parameters.table import PART_OPTIONS as PART_OPTIONS
 from fitting.parameters.table import TABLE as TABLE
 from fitting.parameters.table import UNITS as UNITS

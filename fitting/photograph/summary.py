@@ -7,6 +7,7 @@ import numpy as np
 from fitting.estimate import Fitted, finest
 from fitting.parameters import Quantities
 from fitting.photo import Photograph
+from fitting.photograph.camera_stretch import stretch_warning
 from fitting.photograph.image_rows import image_rows
 from fitting.photograph.numbers import measured
 from fitting.photograph.picture import Picture
@@ -43,7 +44,7 @@ def report(task: Task, choice: Choice, began: float) -> FitResult:
         if not fit.converged:
             return FitResult("not-converged", Reason.NOT_CONVERGED(), seconds=time.perf_counter() - began, **common)
         if task.scale is not None and task.scene is None:
-            common["warnings"] += task.scale.stretch_warning(fit, variance)
+            common["warnings"] += stretch_warning(task.scale, fit, variance)
         if by_kind["refusal"]:
             return FitResult("refused", by_kind["refusal"][0].words, seconds=time.perf_counter() - began, **common)
         covariance, rows = image_rows(choice, variance, given)

@@ -8,7 +8,9 @@ import numpy as np
 
 from fitting.model import PARTS
 from fitting.parameters import (
+    CameraScale,
     Quantities,
+    camera_scale,
     checked_fixed,
     checked_plate,
     checked_start,
@@ -17,7 +19,6 @@ from fitting.parameters import (
 )
 from fitting.photo import Photograph
 from fitting.photo import read as read_photograph
-from fitting.photograph.camera_scale import CameraScale, camera_scale
 from fitting.photograph.verdict import RefusedError
 from fitting.reasons import Reason
 from newtonjax.numerics import names_in, require_choice, shown

@@ -7,7 +7,7 @@ import pytest
 from rings_data import WAVELENGTH, rings
 
 import fitting
-from fitting.photograph.camera_scale import camera_scale
+from fitting.parameters import camera_scale
 from fitting.photograph.task import task_of
 from fitting.shell.cli import main
 

@@ -50,7 +50,7 @@ def test_the_shell_writes_what_a_fit_takes(tmp_path, capsys):
     saved = json.loads(file.read_text())
     assert saved["pixel_size_m"] == pytest.approx(10e-3 / np.hypot(860, 12))
     assert fitting.Scale.load(file).pixel_size == saved["pixel_size_m"]
-    from fitting.photograph.camera_scale import camera_scale
+    from fitting.parameters import camera_scale
 
     assert camera_scale(file).pixel_size == saved["pixel_size_m"]
     assert "give X,Y in pixels" in refusal(capsys, "scale", "--point", "a", "--distance", "1mm")

@@ -1,4 +1,4 @@
-"""What a photograph of a ruled grid says of the camera, for a fit: pixel size, distortion and sides of the pixels."""
+"""What a measured scale says of the camera, for another photograph: pixel size, distortion and sides of the pixels."""
 
 import json
 from collections.abc import Mapping
@@ -8,14 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from fitting.estimate import Fitted
-from fitting.parameters import AbstractResult, number
+from fitting.parameters.fringe_scale import number
+from fitting.parameters.result import AbstractResult
 from fitting.reasons import Reason
 from newtonjax.numerics import shown
 
 _WAYS = ("stretch", "shear")
-# Two stretches whose difference noise alone makes larger once in 370 pictures: chi-squared with two degrees of freedom.
-_APART = 11.8
 # Half diagonals of one camera's pictures agree to this [px], whatever the rounding.
 _SAME_SIZE = 0.6
 
@@ -50,25 +48,6 @@ class CameraScale:
         if self.half_diagonal is None or abs(half_diagonal - self.half_diagonal) < _SAME_SIZE:
             return []
         return [Reason.PICTURE_OF_OTHER_SIZE(picture=half_diagonal, grid=self.half_diagonal)]
-
-    def stretch_warning(self, fit: Fitted, variance: float) -> list[str]:
-        """That the rings are stretched otherwise than the grid, by more than the noise of both explains."""
-        values, covariance = fit.matrix.if_free(_WAYS, variance)
-        difference, spread = values - self.stretches, covariance + np.diag(self.variances)
-        try:
-            square = float(difference @ np.linalg.solve(spread, difference))
-        except np.linalg.LinAlgError:
-            return []
-        if not square > _APART:
-            return []
-        size = float(np.hypot(*difference))
-        (rings, _), (rings_sd, _), (grid, _) = values, np.sqrt(np.diag(covariance)), self.stretches
-        grid_sd = float(np.sqrt(self.variances[0]))
-        return [
-            Reason.STRETCHED_OTHERWISE(
-                rings=rings, rings_sd=rings_sd, grid=grid, grid_sd=grid_sd, ratio=np.sqrt(square), size=size
-            )
-        ]
 
 
 def _half_diagonal(shape: tuple[int, ...]) -> float:
