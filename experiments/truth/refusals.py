@@ -23,9 +23,8 @@ import numpy as np
 from experiments import records
 from experiments.truth.defects import DEFECTS, WAVELENGTH, draw_case, photograph
 from experiments.truth.made_fringes import KINDS, negative
-from fitting.finding import evidence_of, find_rings
 from fitting.parameters import one_blas_thread
-from fitting.photo import read
+from fitting.photo import evidence_of, find_rings, read
 
 _MOST_RINGS, _LARGEST = 60, 700
 # Other seeds than those that thresholds were set on; a scale this far off is a wrong one.

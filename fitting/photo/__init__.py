@@ -1,4 +1,4 @@
-"""From a file to light, mask and block means."""
+"""From a file to light, mask and block means; and rings in it without a start, and what speaks for them."""
 
 from newtonjax.doors import door
 

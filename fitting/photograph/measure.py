@@ -8,7 +8,6 @@ import jax
 import numpy as np
 
 from fitting.estimate import FEW, Fitted, finely, frame_on, robust_fit, sharpened
-from fitting.finding import Rings, evidence_of, find_rings, follow, settled, view_of
 from fitting.model import PARTS, GapModel, Microscope, microscope_on, scene_start
 from fitting.parameters import (
     AbstractResult,
@@ -19,7 +18,18 @@ from fitting.parameters import (
     progress_of,
     says_its_origin,
 )
-from fitting.photo import Photograph, block_size, pixels_of, reduce
+from fitting.photo import (
+    Photograph,
+    Rings,
+    block_size,
+    evidence_of,
+    find_rings,
+    follow,
+    pixels_of,
+    reduce,
+    settled,
+    view_of,
+)
 from fitting.photograph.light import with_richer_light
 from fitting.photograph.priors import Priors, may_be_cut
 from fitting.photograph.result import FitResult

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fitting.finding import Rings, box_of, evidence_of, find_rings
-from fitting.photo import Photograph
+from fitting.photo import Photograph, Rings, box_of, evidence_of, find_rings
 from fitting.reasons import Reason
 
 # Radius of the middle, over the root of the lit box's area.

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from fitting.finding import Rings, polish, search
-from fitting.photo import block_means, thin
+from fitting.photo import Rings, block_means, polish, search, thin
 from fitting.photograph.remainder import Remainder
 from fitting.photograph.rival import AbstractRival, Finding
 from fitting.reasons import Reason

@@ -3,9 +3,8 @@
 import numpy as np
 
 from fitting.estimate import FEW, SHAPES, Fitted, correlation
-from fitting.finding import Rings, plane_wave, view_of
 from fitting.parameters import Numbers, Quantities, lensless
-from fitting.photo import Photograph, noise_variance, pixels_of
+from fitting.photo import Photograph, Rings, noise_variance, pixels_of, plane_wave, view_of
 from fitting.reasons import Reason
 from newtonjax.numerics import Statement
 

@@ -15,9 +15,8 @@ from scipy import ndimage
 
 import fitting
 import newtonjax as nj
-from fitting.finding import find_rings
 from fitting.parameters import output
-from fitting.photo import read
+from fitting.photo import find_rings, read
 from fitting.shell import quantities
 from newtonjax.fields import fields_at
 

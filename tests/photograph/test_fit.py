@@ -6,10 +6,9 @@ from rings_data import WAVELENGTH, bound, rings
 
 import fitting
 import newtonjax as nj
-from fitting.finding import find_rings
 from fitting.model import PARTS
 from fitting.parameters import rounded
-from fitting.photo import read
+from fitting.photo import find_rings, read
 
 GIVEN = {"wavelength": WAVELENGTH, "pixel_size": 5e-6}
 

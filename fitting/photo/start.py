@@ -5,11 +5,12 @@ from itertools import product
 
 import numpy as np
 
-from fitting.finding.few_fringes import MANY, orders_of, with_background
-from fitting.finding.matched_filter import Rings, polish, search, settle
-from fitting.finding.tiles import from_tiles
-from fitting.finding.view import View, box_of, resolving_view, view_of
-from fitting.photo import Photograph, block_means, noise_variance
+from fitting.photo.few_fringes import MANY, orders_of, with_background
+from fitting.photo.matched_filter import Rings, polish, search, settle
+from fitting.photo.reading import Photograph
+from fitting.photo.smoothing import block_means, noise_variance
+from fitting.photo.tiles import from_tiles
+from fitting.photo.view import View, box_of, resolving_view, view_of
 
 # Pixels to a side of the image on which rings are looked for first, and cycles of the finest fringe that it resolves.
 _COARSEST, _RESOLVED = 128, 0.2

@@ -5,10 +5,9 @@ import pytest
 from rings_data import WAVELENGTH, coordinates, rings
 
 import fitting
-from fitting.finding import evidence_of, find_rings
-from fitting.finding.evidence import RingEvidence
 from fitting.parameters import one_blas_thread
-from fitting.photo import read
+from fitting.photo import evidence_of, find_rings, read
+from fitting.photo.evidence import RingEvidence
 
 # Share of the fringe power, orders, bend, share, coherence and harmonics of good rings.
 GOOD = {"match": 0.7, "orders": 20.0, "bend": 10.0, "share": 0.9, "coherence": 0.9, "second": 0.0, "third": 0.0}

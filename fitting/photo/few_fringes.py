@@ -12,9 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 
-from fitting.finding.matched_filter import Rings
-from fitting.finding.view import box_of, view_of
-from fitting.photo import Photograph, pixels_of
+from fitting.photo.matched_filter import Rings
+from fitting.photo.reading import Photograph
+from fitting.photo.smoothing import pixels_of
+from fitting.photo.view import box_of, view_of
 
 # More fringes than this lose nothing to a background taken off first.
 MANY = 10.0

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy import fft
 
-from fitting.finding.matched_filter import Rings
+from fitting.photo.matched_filter import Rings
 
 # Pixels to a side of a tile, and tiles to a side of the image.
 _TILE, _ACROSS = 64, 10

@@ -5,10 +5,11 @@ from functools import cached_property
 
 import numpy as np
 
-from fitting.finding.few_fringes import orders_of
-from fitting.finding.matched_filter import Rings
-from fitting.finding.view import View, plane_wave, resolving_view, view_of
-from fitting.photo import Photograph, noise_variance, pixels_of
+from fitting.photo.few_fringes import orders_of
+from fitting.photo.matched_filter import Rings
+from fitting.photo.reading import Photograph
+from fitting.photo.smoothing import noise_variance, pixels_of
+from fitting.photo.view import View, plane_wave, resolving_view, view_of
 from fitting.reasons import Reason
 from newtonjax.numerics import Statement
 

@@ -6,8 +6,9 @@ from functools import cached_property
 import numpy as np
 from scipy import fft
 
-from fitting.finding.matched_filter import Rings
-from fitting.photo import Photograph, block_means, flatten, taper
+from fitting.photo.matched_filter import Rings
+from fitting.photo.reading import Photograph
+from fitting.photo.smoothing import block_means, flatten, taper
 
 # Blocks to a side on which rings are judged, and cycles of the finest fringe that block means tell.
 _LARGEST, _BLOCKED = 640, 0.25
