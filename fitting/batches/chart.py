@@ -41,10 +41,17 @@ def control(values: Sequence[float], sds: Sequence[float]) -> Control | None:
 def draw(
     ax: Any, times: Sequence[str], values: Sequence[float], sds: Sequence[float], limits: Control | None, label: str
 ) -> None:
-    """Draw values with error bars against time, the centre line, the limits, and outliers in red."""
-    from matplotlib.dates import ConciseDateFormatter
+    """Draw values with error bars against time, the centre line, the limits, and outliers in red.
 
-    moments = [datetime.fromisoformat(time) for time in times]
+    Copied photographs often share one time: where most share theirs, each has a place in their order instead.
+    """
+    from matplotlib.dates import ConciseDateFormatter
+    from matplotlib.ticker import MaxNLocator
+
+    moments: list[Any] = [datetime.fromisoformat(time) for time in times]
+    have_times = len({moment.replace(microsecond=0) for moment in moments}) > len(moments) / 2
+    if not have_times:
+        moments = list(range(1, len(times) + 1))
     ax.errorbar(moments, values, sds, fmt="o", markersize=3, linewidth=1, color="tab:blue", label="photographs")
     if limits is not None:
         ax.axhline(limits.centre, color="0.3", linewidth=1, label="median")
@@ -54,7 +61,10 @@ def draw(
         if outside:
             x, y = [moments[place] for place in outside], [values[place] for place in outside]
             ax.plot(x, y, "o", color="tab:red", markersize=6, label=f"outliers ({len(outside)})")
-    ax.xaxis.set_major_formatter(ConciseDateFormatter(ax.xaxis.get_major_locator()))
-    ax.set_xlabel("time")
+    if have_times:
+        ax.xaxis.set_major_formatter(ConciseDateFormatter(ax.xaxis.get_major_locator()))
+    else:
+        ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    ax.set_xlabel("time" if have_times else "photograph, in the order of the table")
     ax.set_ylabel(label)
     ax.legend(loc="best")

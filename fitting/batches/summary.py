@@ -50,6 +50,16 @@ class Row(msgspec.Struct, frozen=True):
         """The file's name, with the page where it is not the first."""
         return Path(self.path).name + (f" page {self.page}" if self.page > 1 else "")
 
+    @property
+    def words(self) -> str:
+        """The quantity as text shows it."""
+        return (self.quantity or "").replace("_", " ")
+
+    @property
+    def unit_words(self) -> str:
+        """The unit as text shows it."""
+        return self.unit.replace("per_px2", "per px²")
+
 
 @dataclass(frozen=True, repr=False)
 class Batch:
@@ -102,7 +112,7 @@ class Batch:
             ax = Figure(figsize=(9, 4.5), layout="constrained").add_subplot()
         times, values = [row.taken for row in self.measured], [row.value or 0.0 for row in self.measured]
         first = self.measured[0]
-        label = f"{first.quantity} [{first.unit}]".replace(" []", "")
+        label = f"{first.words} [{first.unit_words}]".replace(" []", "")
         chart.draw(ax, times, values, _noise(self.measured), self.control, label)
         return ax.figure
 
@@ -131,10 +141,11 @@ class Batch:
         if self.control is not None:
             first, (centre, low, high, _) = self.measured[0], self.control
             lines += [
-                f"    {first.quantity}: median {centre:.6g} {first.unit}, limits {low:.6g} to {high:.6g} "
+                f"    {first.words}: median {centre:.6g} {first.unit_words}, limits {low:.6g} to {high:.6g} "
                 f"({len(self.outliers)} of {len(self.measured)} outside)"
             ]
-        lines += _listed("Outliers", [f"{row.name}: {row.value:.6g} {row.unit}" for row in self.outliers])
+        outliers = [f"{row.name}: {row.value:.6g} {row.unit_words}" for row in self.outliers]
+        lines += _listed("Outliers", outliers)
         for status in (FAILED, "not-converged", "refused"):
             rows = [f"{row.name}: {row.message}" for row in self.rows if row.status == status]
             lines += _listed(status.capitalize(), rows)

@@ -127,5 +127,21 @@ def test_the_table_has_a_column_for_each_quantity_and_the_report_names_what_need
     drawn = batch.figure().axes[0]
     assert len(drawn.get_lines()[0].get_xdata()) == 20
     assert drawn.get_ylabel() == "radius [m]"
+    assert drawn.get_xlabel() == "time"
     with pytest.raises(ValueError, match="no photograph of this batch gave a value"):
         Batch(path, rows_of(path, ["f"])).figure()
+
+
+def test_photographs_copied_at_one_time_have_places_in_their_order(tmp_path):
+    path = tmp_path / "r.jsonl"
+    with Ledger(path) as ledger:
+        for number in range(6):
+            scale = {"quantity": "fringe_scale", "unit": "per_px2", "value": 1e-4 + 1e-8 * number, "sd": 1e-8}
+            about = {"path": f"/p/{number}.png", "page": 1, "status": "no-scale", "taken": "2026-01-01T10:00:00.5"}
+            ledger.append({"key": str(number), **about, **scale})
+    batch = Batch(path, rows_of(path, map(str, range(6))))
+    drawn = batch.figure().axes[0]
+    assert list(drawn.get_lines()[0].get_xdata()) == [1, 2, 3, 4, 5, 6]
+    assert drawn.get_ylabel() == "fringe scale [per px²]"
+    assert drawn.get_xlabel().startswith("photograph")
+    assert "fringe scale: median 0.000100025 per px²" in batch.report()
