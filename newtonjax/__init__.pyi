@@ -17,9 +17,11 @@ from newtonjax.planning import Plan as Plan
 from newtonjax.planning import PlanReason as PlanReason
 from newtonjax.planning import plan as plan
 from newtonjax.scene import AbstractFigure as AbstractFigure
+from newtonjax.scene import AllOrders as AllOrders
 from newtonjax.scene import Beam as Beam
 from newtonjax.scene import Camera as Camera
 from newtonjax.scene import ChebyshevFigure as ChebyshevFigure
+from newtonjax.scene import Coating as Coating
 from newtonjax.scene import CollectingLens as CollectingLens
 from newtonjax.scene import Light as Light
 from newtonjax.scene import Response as Response
@@ -31,6 +33,7 @@ from newtonjax.scene import Zernike as Zernike
 from newtonjax.scene import black_body as black_body
 from newtonjax.scene import choose_beams as choose_beams
 from newtonjax.scene import cie_1931 as cie_1931
+from newtonjax.scene import coating as coating
 from newtonjax.scene import enumerate_beams as enumerate_beams
 from newtonjax.scene import illuminant as illuminant
 from newtonjax.scene import lamp as lamp

@@ -16,7 +16,7 @@ _METAVARS = {
     "length": "LENGTH", "wavelength": "LENGTH|LINE", "light": "LAMP", "screen": "LENGTH|gap",
     "angle": "ANGLE", "angles": "ANGLE,ANGLE",
     "index": "NUMBER", "fraction": "NUMBER", "names": "NAMES", "number": "NUMBER", "terms": "NUMBERS",
-    "heights": "LENGTHS",
+    "heights": "LENGTHS", "coating": "LAYERS",
 }  # fmt: skip
 
 
@@ -48,6 +48,7 @@ def _reader(argument: Argument) -> Callable[[str], Any]:
     readers = {
         "wavelength": lamps.wavelength,
         "light": lamps.light,
+        "coating": _coating,
         "screen": _screen,
         "angle": quantities.angle,
         "angles": _angles,
@@ -56,9 +57,17 @@ def _reader(argument: Argument) -> Callable[[str], Any]:
         "number": quantities.number,
         "terms": lambda text: tuple(map(quantities.number, text.split(","))),
         "heights": lambda text: tuple(map(quantities.length, text.split(","))),
-        "names": lambda text: tuple(text.split(",")),
+        "names": lambda text: text if text == "all" else tuple(text.split(",")),
     }
     return readers[argument.kind]
+
+
+def _coating(text: str) -> str:
+    """The words for a coating, checked. Raises ValueError, in one line, for what names none."""
+    from newtonjax.scene import coating  # JAX, which the help does without
+
+    coating(text)
+    return text
 
 
 def _screen(text: str) -> float | str:

@@ -9,11 +9,11 @@ from newtonjax.scene import HEIGHT, INDEX, RADIUS, THICKNESS, TILT, WAVELENGTH
 
 Kind = Literal[
     "length", "wavelength", "light", "screen", "angle", "angles", "index", "fraction", "view", "names", "number",
-    "terms", "heights",
+    "terms", "heights", "coating",
 ]  # fmt: skip
 Test = Literal[
     "finite", "radius", "wavelength", "index", "height", "thickness", "tilt", "tilts", "angles", "view", "screen",
-    "names", "fraction", "light", "terms",
+    "names", "fraction", "light", "terms", "coating",
 ]  # fmt: skip
 
 
@@ -46,6 +46,7 @@ _INDEX = f"a positive refractive index, {INDEX.words}"
 _SCREEN = "a distance in metres, or 'gap'"
 _THICKNESS = f"a positive thickness, {THICKNESS.words}"
 _LIGHT = "words such as 'sodium', 'mercury:546nm/10nm', 'white:5500K' or 'lamp.csv', or a Spectrum"
+_COATING = "words such as '1.38:107nm, 0.05+3.1i:20nm' or 'mirror:90%', or a Coating"
 _LIGHT_HELP = "Lamp, filtered lamp, line of a width, white light or file of a spectrum, instead of a wavelength."
 _RADIUS = f"a non-zero radius, {RADIUS.words}; infinite for a plane"
 _POWERS = "1 to 8 finite coefficients [m^(1 - power)], or None"
@@ -85,8 +86,13 @@ ARGUMENTS = (
     Argument("polarization_degree", "fraction", None, "1 with a polarization", "Degree of polarization.",
              "a number from 0 to 1, or None", "fraction"),
     Argument("beams", "names", None, "the gap's two",
-             "Beams that meet, by their reflections at the faces (numbered from 0 on, as light meets them).",
-             "a sequence of names or words, such as ('R1', 'R2')", "names"),
+             "Beams that meet, by their reflections at the faces (numbered from 0 on, as light meets them), or all.",
+             "a sequence of names or words, such as ('R1', 'R2'), or 'all' for all orders in the gap", "names"),
+    Argument("lens_coating", "coating", None, "none",
+             "Layers on the lens's face of the gap, from the glass, or a mirror; all orders in the gap count then.",
+             _COATING, "coating"),
+    Argument("plate_coating", "coating", None, "none", "Layers on the plate's face of the gap, or a mirror.",
+             _COATING, "coating"),
     Argument("shield", "length", None, "none", "Radius of a round hole in a shield where the light leaves.",
              f"a positive radius, {THICKNESS.words}, or None", "thickness"),
     Argument("collecting_lens", "length", None, "none",

@@ -9,7 +9,7 @@ import numpy as np
 
 from newtonjax.benches.arguments import Argument, arguments_of, refuse_old_names
 from newtonjax.numerics import finite, is_concrete, is_real, require, require_pair, shown
-from newtonjax.scene import DISTANCE, HEIGHT, INDEX, RADIUS, THICKNESS, TILT, WAVELENGTH, Scene, Spectrum
+from newtonjax.scene import DISTANCE, HEIGHT, INDEX, RADIUS, THICKNESS, TILT, WAVELENGTH, Coating, Scene, Spectrum
 
 _Parameters = ParamSpec("_Parameters")
 _TESTS = {
@@ -68,8 +68,11 @@ def _check(argument: Argument, value) -> None:
         require(argument.name, value, argument.allowed, finite)
         if np.ndim(value) != 1:
             raise _refusal(argument, value)
+    elif argument.test == "coating":
+        if not isinstance(value, str | Coating):
+            raise _refusal(argument, value)
     elif argument.test == "names":
-        if not (isinstance(value, tuple | list) and all(isinstance(beam, str) for beam in value)):
+        if value != "all" and not (isinstance(value, tuple | list) and all(isinstance(beam, str) for beam in value)):
             raise _refusal(argument, value)
     elif not (argument.test == "screen" and isinstance(value, str) and value == "gap"):
         if not is_real(value):

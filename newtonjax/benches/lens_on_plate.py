@@ -8,6 +8,8 @@ import numpy as np
 from newtonjax.benches.checks import checked
 from newtonjax.numerics import Scalar, Vector2
 from newtonjax.scene import (
+    AllOrders,
+    Coating,
     CollectingLens,
     Light,
     Scene,
@@ -17,6 +19,7 @@ from newtonjax.scene import (
     Terms,
     Zernike,
     choose_beams,
+    coating,
     focus_height,
     frame,
     lamp,
@@ -49,7 +52,9 @@ def newton_rings(
     light_tilt: Vector2 = (0.0, 0.0),
     polarization: Scalar | None = None,
     polarization_degree: Scalar | None = None,
-    beams: Sequence[str] | None = None,
+    beams: Sequence[str] | str | None = None,
+    lens_coating: Coating | str | None = None,
+    plate_coating: Coating | str | None = None,
     shield: Scalar | None = None,
     collecting_lens: Scalar | None = None,
     conic: Scalar | None = None,
@@ -72,13 +77,16 @@ def newton_rings(
       light: a `Spectrum`, or the words for one that `lamp` takes, instead of a wavelength.
       gap: height of the apex [m]; 0 is contact, negative an approach beyond it.
       view: "reflected" (reflections at the convex face and at the plate's upper face) or "transmitted" (direct beam and
-        the one reflected twice in the gap); `beams` (words, or names as in `choose_beams`) replaces the pair.
+        the one reflected twice in the gap); `beams` (words, or names as in `choose_beams`) replaces the pair, and
+        "all" takes all orders in the gap.
       screen: distance [m] of a plane below the plate ("transmitted") or above the lens ("reflected"), or "gap": a
         microscope focused on the plate's upper face, i.e. the plane of that face's paraxial image through the glass.
       lens_index, plate_index, gap_index, ambient_index: refractive indices.
       lens_thickness, plate_thickness: on the axis [m].
       lens_tilt, plate_tilt: rotations about x and y [rad], of the lens about its apex, of the plate about the origin.
       light_tilt, polarization, polarization_degree: as in `Light`.
+      lens_coating, plate_coating: on the faces of the gap, as a `Coating` or the words for one that `coating` takes;
+        with one all orders in the gap are summed.
       shield: radius [m] of a round hole in a shield on the face where the light leaves; None for no shield.
       collecting_lens: focal length [m] of an ideal lens that images the gap, enlarged, on a `screen` at least four
         times as far away; None for a bare screen (Debelov and Dolgov 2021, figure 5).
@@ -117,6 +125,8 @@ def newton_rings(
         screen=Surface(0.0, (0.0, 0.0, height)),
         beams=_PAIRS[view],
     )
+    scene = _with_orders(scene, beams, lens_coating, plate_coating)
+    beams = None if scene.all_orders is not None else beams
     return _with_options(scene, screen, beams, shield, collecting_lens)
 
 
@@ -132,6 +142,17 @@ def _zernike(coefficients, radius) -> Zernike | None:
     if (coefficients is None) != (radius is None):
         raise ValueError("zernike and zernike_radius: one is given without the other; allowed: both, or none")
     return None if coefficients is None else Zernike(coefficients, radius)
+
+
+def _with_orders(scene: Scene, beams, lens_coating, plate_coating) -> Scene:
+    """The scene with all orders in its gap, where they are asked for or a face is coated."""
+    is_all = beams == "all" or (isinstance(beams, tuple | list) and tuple(beams) == ("all",))
+    coatings = [coating(part) if isinstance(part, str) else part for part in (lens_coating, plate_coating)]
+    if coatings == [None, None] and not is_all:
+        return scene
+    if beams is not None and not is_all:
+        raise ValueError("beams with a coating; allowed: 'all', since every order in the gap counts, or None")
+    return replace(scene, all_orders=AllOrders(*coatings))
 
 
 def _with_options(scene: Scene, screen, beams, shield, collecting_lens) -> Scene:
@@ -172,7 +193,9 @@ def air_wedge(
     light_tilt: Vector2 = (0.0, 0.0),
     polarization: Scalar | None = None,
     polarization_degree: Scalar | None = None,
-    beams: Sequence[str] | None = None,
+    beams: Sequence[str] | str | None = None,
+    lens_coating: Coating | str | None = None,
+    plate_coating: Coating | str | None = None,
     shield: Scalar | None = None,
     collecting_lens: Scalar | None = None,
 ) -> Scene:
@@ -187,7 +210,8 @@ def air_wedge(
       lens_thickness, plate_thickness: of the upper and of the lower plate [m].
       plate_tilt: rotations of the lower plate about x and y [rad]; the gap's angle is the difference of the plates'.
       wavelength, light, gap_index, ambient_index: as in `newton_rings`, and so are view, screen, light_tilt,
-        polarization, polarization_degree, beams, shield and collecting_lens.
+        polarization, polarization_degree, beams, lens_coating (of the upper plate), plate_coating, shield and
+        collecting_lens.
 
     Raises ValueError for values that no bench can have. Traced values are not checked.
 
@@ -211,6 +235,8 @@ def air_wedge(
         polarization=polarization,
         polarization_degree=polarization_degree,
         beams=beams,
+        lens_coating=lens_coating,
+        plate_coating=plate_coating,
         shield=shield,
         collecting_lens=collecting_lens,
     )

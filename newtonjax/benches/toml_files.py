@@ -12,6 +12,7 @@ import tomli_w
 
 from newtonjax.benches import lens_on_plate
 from newtonjax.benches.arguments import BENCHES, Argument, arguments_of, refuse_old_names
+from newtonjax.benches.coating_tables import ALL_ORDERS, orders_of, table_of_orders
 from newtonjax.benches.figure_tables import FIGURE, figure_of, table_of
 from newtonjax.numerics import Scalar, Vector2, Vector3, path_of, require_concrete, shown
 from newtonjax.scene import (
@@ -87,7 +88,14 @@ _STRUCTS = {name: _struct_of(kind) for name, kind in _PARTS.items()}
 
 def _type_of(argument: Argument) -> Any:
     """What TOML may hold for an argument of a bench."""
-    by_kind = {"view": str, "screen": float | str, "angles": Two, "names": tuple[str, ...], "light": str}
+    by_kind = {
+        "view": str,
+        "screen": float | str,
+        "angles": Two,
+        "names": str | tuple[str, ...],
+        "light": str,
+        "coating": str,
+    }
     by_kind |= dict.fromkeys(("terms", "heights"), Numbers)
     kind = by_kind.get(argument.kind, float)
     return kind | None if argument.default is None else kind
@@ -112,6 +120,7 @@ _File = msgspec.defstruct(
         ),
         ("media", tuple[float, ...] | None, None),
         ("beams", tuple[str, ...] | None, None),
+        ("all_orders", ALL_ORDERS | None, None),
     ],
     forbid_unknown_fields=True,
     omit_defaults=True,
@@ -200,6 +209,7 @@ def _scene(table: Any) -> Scene:
         surfaces=tuple(_made("surfaces", surface, f"surfaces[{k}]") for k, surface in enumerate(table.surfaces)),
         media=table.media,
         beams=tuple(word_of(beam, len(table.surfaces)) for beam in table.beams),
+        all_orders=orders_of(table.all_orders),
         **{name: _made(name, getattr(table, name)) for name in ("light", "screen", *_BESIDE)},
     )
 
@@ -245,6 +255,7 @@ def scene_text(scene: Scene, camera: Camera | None = None) -> str:
         surfaces=tuple(_table("surfaces", surface) for surface in scene.surfaces),
         media=_plain(scene.media),
         beams=scene.beams,
+        all_orders=table_of_orders(scene.all_orders),
         **{name: _table(name, getattr(scene, name)) for name in ("light", "screen", *_BESIDE)},
         camera=_table("camera", camera),
     )

@@ -17,6 +17,11 @@ from newtonjax.fields.at_points import polar as polar
 from newtonjax.fields.closed_form import closed_amplitudes as closed_amplitudes
 from newtonjax.fields.closed_form import closed_fields as closed_fields
 from newtonjax.fields.localization import meeting_height as meeting_height
+from newtonjax.fields.many_beams import Airy as Airy
+from newtonjax.fields.many_beams import airy_in_lines as airy_in_lines
+from newtonjax.fields.many_beams import airy_of as airy_of
+from newtonjax.fields.many_beams import airy_pixels as airy_pixels
+from newtonjax.fields.many_beams import harmonics_of as harmonics_of
 from newtonjax.fields.packed import Packed as Packed
 from newtonjax.fields.packed import arrivals as arrivals
 from newtonjax.fields.packed import coefficients_and_changes as coefficients_and_changes
@@ -41,5 +46,8 @@ from newtonjax.fields.synthesis import synthesize_single as synthesize_single
 from newtonjax.fields.waveforms import Table as Table
 from newtonjax.fields.waveforms import Waveform as Waveform
 from newtonjax.fields.waveforms import fringes_by_table as fringes_by_table
+from newtonjax.fields.waveforms import largest_frequency as largest_frequency
 from newtonjax.fields.waveforms import table_for as table_for
+from newtonjax.fields.waveforms import table_of_frequency as table_of_frequency
+from newtonjax.fields.waveforms import tabulated as tabulated
 from newtonjax.fields.waveforms import waveform as waveform

@@ -5,6 +5,7 @@ Re[envelope Γ(turns)], Γ the Fourier transform of the spectrum, with the path 
 wavenumber. Γ is known on equidistant nodes and cubic in between (Hermite's interpolation).
 """
 
+from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -14,7 +15,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpy.polynomial.chebyshev import chebder, chebvander
 
-from newtonjax.numerics import chebyshev, cos_turns, namespace, sin_turns
+from newtonjax.numerics import chebyshev, cos_turns, module_of, namespace, sin_turns
 from newtonjax.scene import Lines
 
 # Γ is summed over the lines at Chebyshev nodes of panels of so many cells, and interpolated within a panel: to 3e-8 as
@@ -89,12 +90,16 @@ def table_for(lines: Lines, reach: float, tolerance: float) -> Table:
 
     Raises ValueError where it would need more cells than are allowed.
     """
-    frequency = 2 * np.pi * float(np.max(lines.ratios)) + _bandwidth(lines)
-    panels = _panels(reach * frequency, tolerance)
-    over_carrier = panels > _DIRECT
+    frequency = largest_frequency(lines)
+    over_carrier = _panels(reach * frequency, tolerance) > _DIRECT
     if over_carrier:
         frequency = 2 * np.pi * float(np.abs(np.asarray(lines.ratios) - 1).max()) + _bandwidth(lines)
-        panels = _panels(reach * frequency, tolerance)
+    return table_of_frequency(frequency, reach, tolerance, over_carrier=over_carrier)
+
+
+def table_of_frequency(frequency: float, reach: float, tolerance: float, *, over_carrier: bool = False) -> Table:
+    """`table_for`, of the largest frequency [radians per turn]."""
+    panels = _panels(reach * frequency, tolerance)
     fitting_class = next((size for size in _CLASSES if size >= panels), None)
     if fitting_class is None:
         raise ValueError(
@@ -103,6 +108,11 @@ def table_for(lines: Lines, reach: float, tolerance: float) -> Table:
         )
     step = reach * frequency / ((fitting_class - 1) * _PANEL)
     return Table(fitting_class, over_carrier, step**4 / 384)
+
+
+def largest_frequency(lines: Lines) -> float:
+    """Of the fringes of any line [radians per turn of the mean wavenumber]."""
+    return 2 * np.pi * float(np.max(lines.ratios)) + _bandwidth(lines)
 
 
 def _panels(reach: float, tolerance: float) -> float:
@@ -125,20 +135,34 @@ def waveform(
 
     - `only_real`: without Γ's imaginary part, which real envelopes do without unless it is over the carrier.
     """
-    xp = namespace(lines, powers, low, high)
+    shift = 1.0 if table.over_carrier else 0.0
+
+    def parts(turns):
+        xp = namespace(lines, powers, turns)
+        phase = 2 * np.pi * (lines.ratios - shift)[:, None] * turns
+        faded = lines.fading(turns)
+        along = powers @ (faded * xp.cos(phase))
+        return along if only_real else xp.concatenate([along, powers @ (faded * xp.sin(phase))])
+
+    return tabulated(parts, low, high, table.panels)
+
+
+def tabulated(
+    function: Callable[[Float[Any, " n"]], Float[Any, "parts n"]],
+    low: Float[Any, ""],
+    high: Float[Any, ""],
+    panels: int,
+) -> Waveform:
+    """A function of the path difference [turns], tabulated between two of them in so many panels."""
+    xp = namespace(low, high)
     # From a multiple of a panel's length on: the cusp that a Lorentzian line has at 0 lies between two panels.
-    length = xp.maximum(high - low, 1e-3) / (table.panels - 1)
+    length = xp.maximum(high - low, 1e-3) / (panels - 1)
     first = xp.floor(low / length)
-    centres = (first + 0.5 + xp.arange(table.panels, dtype=float)) * length
+    centres = (first + 0.5 + xp.arange(panels, dtype=float)) * length
     turns = (centres[:, None] + chebyshev.nodes(_NODES) * length / 2).reshape(-1)
-    phase = 2 * np.pi * (lines.ratios - (1.0 if table.over_carrier else 0.0))[:, None] * turns
-    faded = lines.fading(turns)
-    parts = powers @ (faded * xp.cos(phase))
-    if not only_real:
-        parts = xp.concatenate([parts, powers @ (faded * xp.sin(phase))])
-    values, slopes = (
-        (parts.reshape(-1, _NODES) @ matrix).reshape(len(parts), table.panels, -1) for matrix in _at_cells()
-    )
+    parts = function(turns)
+    xp = module_of(parts)
+    values, slopes = ((parts.reshape(-1, _NODES) @ matrix).reshape(len(parts), panels, -1) for matrix in _at_cells())
     rise, before, after = values[..., 1:] - values[..., :-1], slopes[..., :-1], slopes[..., 1:]
     cubics = [values[..., :-1], before, 3 * rise - 2 * before - after, before + after - 2 * rise]
     stacked = xp.stack(cubics).reshape(4, len(parts), -1).transpose(2, 0, 1)

@@ -7,6 +7,7 @@ from newtonjax.methods.base import require_method as require_method
 from newtonjax.methods.base import require_two_beams as require_two_beams
 from newtonjax.methods.base import unreached as unreached
 from newtonjax.methods.closed_form import ClosedForm as ClosedForm
+from newtonjax.methods.many_beams import change_by_orders as change_by_orders
 from newtonjax.methods.many_wavelengths import has_channels as has_channels
 from newtonjax.methods.many_wavelengths import one_line as one_line
 from newtonjax.methods.nodes import Chebyshev as Chebyshev

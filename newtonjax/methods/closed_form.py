@@ -21,6 +21,7 @@ from newtonjax.fields import (
 )
 from newtonjax.methods.base import CALL, AbstractMethod, CannotHonourError, pass_share
 from newtonjax.methods.closed_form_float32 import closed_turns
+from newtonjax.methods.many_beams import all_orders, profile_of
 from newtonjax.methods.many_wavelengths import equal_thickness, has_channels, one_line
 from newtonjax.numerics import cos_turns, is_concrete, require_concrete
 from newtonjax.scene import (
@@ -41,6 +42,8 @@ from newtonjax.scene import (
 
 # Passes of a cosine that a pixel costs.
 _PIXEL = 1.6
+# Steps of one order at which its slope is looked for.
+_STEPS = 4001
 # Nodes to a side at which the formula is compared with rays.
 _NODES = 17
 
@@ -49,9 +52,9 @@ _NODES = 17
 class ClosedForm(AbstractMethod):
     """Fringes of equal thickness by formula: path difference 2 n t(x, y) of the gap at normal incidence.
 
-    For two beams that differ by one round trip in the gap, light along -z, and a screen focused on the gap; amplitudes
-    are those on the axis (Born and Wolf, Principles of Optics, section 7.5). Within a transformation in float32 the
-    phase of one line is computed in numbers of twice the bits.
+    For two beams that differ by one round trip in the gap, or all orders there, light along -z, and a screen focused
+    on the gap; amplitudes are those on the axis (Born and Wolf, Principles of Optics, section 7.5). Within a
+    transformation in float32 the phase of one line is computed in numbers of twice the bits.
 
     - `table_error`: of the amplitude of the fringes, where light of many wavelengths is tabulated over the path
       difference. Within a transformation the table has 4096 cells (8 lines or fewer are summed at every pixel
@@ -81,6 +84,8 @@ class ClosedForm(AbstractMethod):
         return 30
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns *channels"]:
+        if scene.all_orders is not None:
+            return all_orders(scene, camera, self.table_error)
         if has_channels(scene.light, camera):
             return equal_thickness(scene, camera, self.table_error)
         x, y = camera.axes()
@@ -108,10 +113,20 @@ class ClosedForm(AbstractMethod):
         if not fields.arrives.all():
             return ErrorEstimate(np.inf, np.inf)
         phase, intensity = self.error_against(fields, line, camera)
+        if scene.all_orders is not None:
+            return self.error_of_orders(phase, scene, camera)
         if not has_channels(scene.light, camera):
             return ErrorEstimate(phase, intensity)
         stretch = channels_of(scene.light, None).lines.ratios.max()
         return ErrorEstimate(phase * stretch, intensity * stretch + self.table_error)
+
+    def error_of_orders(self, phase: float, scene: Scene, camera: Camera) -> ErrorEstimate:
+        """What an error of the phase [turns] makes of all orders in the gap: the steepest slope of their profile."""
+        steps = np.linspace(0.0, 1.0, _STEPS)
+        profile = profile_of(scene, camera, steps)
+        slope = abs(np.diff(profile)).max() * (_STEPS - 1)
+        of_table = 0.0 if scene.light.spectrum is None else self.table_error
+        return ErrorEstimate(phase, float(phase * slope / profile.max()) + of_table)
 
     def error_against(self, fields: Fields, scene: Scene, camera: Camera) -> ErrorEstimate:
         """The error at a square grid of nodes, where the fields of rays are known; half as much again between them."""

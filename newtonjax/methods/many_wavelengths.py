@@ -64,7 +64,9 @@ def has_channels(light: Light, camera: Camera) -> bool:
 
 
 def one_line(scene: Scene) -> Scene:
-    """The scene in a sharp line of the light's mean wavenumber."""
+    """The scene in a sharp line of the light's mean wavenumber, of its named beams alone."""
+    if scene.all_orders is not None:
+        scene = replace(scene, all_orders=None)
     return scene if scene.light.spectrum is None else replace(scene, light=replace(scene.light, spectrum=None))
 
 

@@ -84,6 +84,8 @@ def planned(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> tuple[Plan
     require_bench(scene, camera)
     require_tolerance(tolerance)
     require_concrete("plan", scene, camera)
+    if scene.all_orders is not None:
+        return _all_orders(scene, camera, tolerance)
     if has_channels(scene.light, camera):
         return _in_channels(scene, camera, tolerance)
     bench = pack(scene)
@@ -110,6 +112,23 @@ def planned(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> tuple[Plan
             reason = PlanReason.FOCUSED_ON_GAP()
             return _with_picture(Plan(formula, scene, dropped, float(error.phase), intensity, reason), camera)
     return _on_nodes(by_rays, bench, camera, fields, tolerance, dropped_error)
+
+
+def _all_orders(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, AbstractPicture]:
+    """The closed form, with the error that it has.
+
+    Raises ValueError where it does not hold, and where it errs by more than the tolerance.
+    """
+    method = ClosedForm(_OF_TABLES * tolerance)
+    method.check(scene)
+    error = method.error(scene, camera)
+    if error.intensity > tolerance:
+        raise ValueError(
+            f"the closed form of all orders errs by {error.intensity:.2g} of the peak; allowed: {tolerance:g}; "
+            "give a larger tolerance, a flatter lens or a smaller image, or method=ClosedForm()"
+        )
+    reason = PlanReason.ALL_ORDERS()
+    return _with_picture(Plan(method, scene, (), error.phase, error.intensity, reason), camera)
 
 
 def _in_channels(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, AbstractPicture]:

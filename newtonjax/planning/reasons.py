@@ -6,6 +6,7 @@ from newtonjax.numerics import Wording
 class PlanReason(Wording):
     """Sentences by name, which is the `code` of a plan's reason, and stays."""
 
+    ALL_ORDERS = "all orders in the gap have a closed form alone"
     BEAM_MISSES_IMAGE = "not every beam reaches the whole image"
     CAUSTIC = (
         "not every beam reaches the whole image, and a caustic lies in it: where several rays of one beam reach a "

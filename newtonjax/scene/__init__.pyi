@@ -15,6 +15,10 @@ from newtonjax.scene.camera import node_points as node_points
 from newtonjax.scene.checks import require_bench as require_bench
 from newtonjax.scene.checks import require_camera as require_camera
 from newtonjax.scene.checks import require_scene as require_scene
+from newtonjax.scene.coating_words import coating as coating
+from newtonjax.scene.coatings import AllOrders as AllOrders
+from newtonjax.scene.coatings import Coating as Coating
+from newtonjax.scene.coatings import face_amplitudes as face_amplitudes
 from newtonjax.scene.contact import hertz_gap as hertz_gap
 from newtonjax.scene.elements import CollectingLens as CollectingLens
 from newtonjax.scene.elements import Shield as Shield

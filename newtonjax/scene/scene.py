@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 
 from newtonjax.numerics import Scalar, as_vector, finite, is_concrete, is_real, positive, require, require_whole, shown
 from newtonjax.scene.beams import enumerate_beams, itinerary, word_of
+from newtonjax.scene.coatings import AllOrders
 from newtonjax.scene.elements import CollectingLens, Shield, check_way
 from newtonjax.scene.light import Light
 from newtonjax.scene.surfaces import Surface
@@ -30,6 +31,8 @@ class Scene(eqx.Module):
     - `beams`: words (see `newtonjax.scene.beams`) of the beams that meet on the screen. Static.
     - `shield`: with a round hole that light must pass on its way to the screen; None where there is none.
     - `collecting_lens`: an ideal lens on that way, which images some plane on the screen; None where there is none.
+    - `all_orders`: all reflections between the faces of the gap in which `beams` differ by one round trip, and their
+      coatings; None for the `beams` alone.
     """
 
     surfaces: tuple[Surface, ...] = eqx.field(
@@ -41,6 +44,7 @@ class Scene(eqx.Module):
     beams: tuple[str, ...] = eqx.field(static=True, converter=_words)
     shield: Shield | None = None
     collecting_lens: CollectingLens | None = None
+    all_orders: AllOrders | None = None
 
     def __check_init__(self):
         self._check_kinds()
@@ -73,6 +77,7 @@ class Scene(eqx.Module):
             ("screen", self.screen, Surface),
             ("shield", self.shield, Shield | None),
             ("collecting_lens", self.collecting_lens, CollectingLens | None),
+            ("all_orders", self.all_orders, AllOrders | None),
         )
         for name, part, kind in of_kinds:
             if not isinstance(part, kind):

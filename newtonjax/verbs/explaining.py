@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from newtonjax.fields import Fields, arrivals, closed_fields, node_fields, pack, polar
-from newtonjax.methods import ClosedForm, one_line
+from newtonjax.methods import ClosedForm, change_by_orders, one_line
 from newtonjax.numerics import require_concrete
 from newtonjax.planning import Plan, beam_amplitudes, plan, predicted_seconds
 from newtonjax.scene import (
@@ -123,7 +123,9 @@ def explain(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Explanatio
     chosen = plan(scene, camera, tolerance)
     planning = perf_counter() - begin
     first, again = _clock(chosen, camera), min(_clock(chosen, camera) for _ in range(3))
-    points, light, scene = node_points(camera, _POINTS), scene.light, one_line(scene)
+    of_orders = None if scene.all_orders is None else change_by_orders(scene, camera)
+    bench, points = scene, node_points(camera, _POINTS)
+    light, scene = scene.light, one_line(scene)
     fields = _fields(scene, points)
     all_arrive = bool(fields.arrives.all())
     if not all_arrive:  # the part of the image that light reaches; where it does not, there is nothing
@@ -133,9 +135,12 @@ def explain(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Explanatio
     frequency = _frequency(scene, camera, points)
     parts.append(_pixel(fields, frequency, all_arrive, camera.takes_means))
     parts.append(_line_width(scene, fields, tolerance) if light.spectrum is None else _spectrum(light, fields))
+    if of_orders is not None:
+        parts = [part for part in parts if part.part != "more beams"]
+        parts.append(Omission("all orders, coatings", of_orders, True, "against the gap's two beams on bare glass"))
     finest = float(np.hypot(*frequency).max())
     return Explanation(
-        replace(scene, light=light),
+        bench,
         camera,
         tolerance,
         chosen,

@@ -1,0 +1,122 @@
+"""All orders between the two faces of a gap: Airy's sum in closed form, and its harmonics where lines have widths.
+
+With a the amplitude reflected at the first face, b that of the first order through the gap over its phase factor E,
+and g that of one more round trip, |a + b E + b g E² + ...|² = level + 2 Re[first E / (1 - g E)] with
+
+    level = |a|² + |b|² / (1 - |g|²),    first = b a* + |b|² g / (1 - |g|²),
+
+since harmonic m is first g^(m-1) (Born and Wolf, Principles of Optics, section 7.6.1); in transmission a is 0.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from newtonjax.numerics import as_complex, namespace
+from newtonjax.scene import Lines, Scene, face_amplitudes, itinerary, required_gap
+
+# Of traced numbers the number of harmonics that matter is not known: with widths so many are summed.
+_TRACED_HARMONICS = 32
+
+
+class Airy(NamedTuple):
+    """level + 2 Re[first E / (1 - round_trip E)], E = e^{2πi turns}: intensities over the incident one."""
+
+    level: Float[Any, "..."]
+    first: Complex[Any, "..."]
+    round_trip: Complex[Any, "..."]
+
+    def parts(self) -> tuple[Float[Any, "..."], ...]:
+        """Real numbers that `airy_pixels` takes."""
+        return self.level, self.first.real, self.first.imag, self.round_trip.real, self.round_trip.imag
+
+
+def airy_pixels(parts: tuple[Float[Any, "..."], ...], cosine: Float[Any, "..."], sine: Float[Any, "..."]) -> Any:
+    """The sum where E has this real and this imaginary part; `parts` as `Airy.parts`."""
+    level, first, aside, round_trip, turned = parts
+    excess = first * cosine - aside * sine - (first * round_trip + aside * turned)
+    squared = 1 + round_trip * round_trip + turned * turned
+    return level + 2 * excess / (squared - 2 * (round_trip * cosine - turned * sine))
+
+
+def airy_of(scene: Scene, wavelengths: Float[Any, "..."], sines: Float[Any, "..."]) -> Airy:
+    """All orders in a scene's gap, of s and p polarization, [2, ...].
+
+    - `wavelengths`: in vacuum [m]; `sines`: of the light's angle in the first medium, times its refractive index.
+
+    What the other faces of the bench reflect is lost. Raises ValueError where the scene's beams have no gap.
+    """
+    upper, orders, media = required_gap(scene), scene.all_orders, scene.media
+    coatings = (None, None) if orders is None else (orders.upper, orders.lower)
+    gap = media[upper + 1]
+    above = face_amplitudes(coatings[0], media[upper], gap, wavelengths, sines)
+    below = face_amplitudes(coatings[1], media[upper + 2], gap, wavelengths, sines)
+    passed = _passed_outside(scene, upper, wavelengths, sines)
+    round_trip = above.inside * below.inside
+    stored = 1 / (1 - _square(round_trip))
+    if scene.view == "transmitted":
+        level = passed * above.transmittance * below.transmittance * stored
+        return Airy(level, as_complex(level) * round_trip, round_trip)
+    entering = above.through * below.inside
+    level = passed * (_square(above.outside) + _square(entering) * stored)
+    first = entering * above.outside.conj() + as_complex(_square(entering) * stored) * round_trip
+    return Airy(level, as_complex(passed) * first, round_trip)
+
+
+def _passed_outside(scene: Scene, upper: int, wavelengths, sines) -> Float[Any, "2 ..."]:
+    """Share of the flux that the faces outside of the gap let pass, there and back."""
+    xp = namespace(scene.media, wavelengths, sines)
+    path = itinerary(min(scene.beams, key=len), len(scene.surfaces))
+    passed = xp.ones((2, *xp.broadcast_shapes(xp.shape(wavelengths), xp.shape(sines))))
+    for surface, before, beyond in zip(path.surface, path.before, path.beyond, strict=True):
+        if surface not in (upper, upper + 1):
+            face = face_amplitudes(None, scene.media[before], scene.media[beyond], wavelengths, sines)
+            passed = passed * face.transmittance
+    return passed
+
+
+def _square(amplitude: Complex[Any, "..."]) -> Float[Any, "..."]:
+    return amplitude.real**2 + amplitude.imag**2
+
+
+def harmonics_of(airy: Airy, tolerance: float) -> int:
+    """How many harmonics matter: beyond, they add less than a tolerance of the first one. Known numbers."""
+    strongest = float(np.sqrt(_square(airy.round_trip)).max())
+    if strongest <= tolerance:
+        return 1
+    # The harmonics from m on add up to 2 first g^(m-1) / (1 - g).
+    return 1 + int(np.ceil(np.log(tolerance * (1 - strongest) / 2) / np.log(strongest)))
+
+
+def airy_in_lines(
+    airy: Airy, lines: Lines, powers: Float[Any, "channels lines"], shares, cosines, turns: Float[Any, " n"], count
+) -> Float[Any, "channels n"]:
+    """The sum over lines, source points and polarizations at path differences [turns of the mean wavenumber].
+
+    - `airy`: [2, lines, points]; `shares`: of the polarizations and points, [2, points]; `cosines`: of the light's
+      angle in the gap, [points].
+    - `count`: how many harmonics are summed where lines have widths; None for sharp lines, or for as many as count of
+      traced numbers.
+    """
+    xp = namespace(airy, lines, powers, shares, cosines, turns)
+    total = xp.zeros((len(powers), len(turns)))
+    for point in range(len(cosines)):
+        at = turns * cosines[point]
+        of_point = Airy(*(part[..., point] for part in airy))
+        for_lines = (shares[:, point, None, None] * _of_lines(xp, of_point, lines, at, count)).sum(axis=0)
+        total = total + powers @ for_lines
+    return total
+
+
+def _of_lines(xp, airy: Airy, lines: Lines, turns: Float[Any, " n"], count) -> Float[Any, "2 lines n"]:
+    phase = 2 * np.pi * lines.ratios[:, None] * turns
+    wide = Airy(*(part[..., None] for part in airy))
+    if lines.gaussian is None and lines.lorentzian is None and lines.triangle is None:
+        return airy_pixels(wide.parts(), xp.cos(phase), xp.sin(phase))
+    wave = as_complex(xp.cos(phase)) + 1j * as_complex(xp.sin(phase))
+    total, harmonic, step = wide.level + 0.0 * phase, wide.first * wave, wide.round_trip * wave
+    for order in range(1, 1 + (_TRACED_HARMONICS if count is None else count)):
+        total = total + 2 * lines.fading(order * turns) * harmonic.real
+        harmonic = harmonic * step
+    return total
