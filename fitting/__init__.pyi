@@ -2,7 +2,9 @@
 
 from fitting.batches import Batch as Batch
 from fitting.irregularity import Form as Form
+from fitting.irregularity import WedgePhoto as WedgePhoto
 from fitting.irregularity import form as form
+from fitting.irregularity import wedge_photo as wedge_photo
 from fitting.parameters import Parameter as Parameter
 from fitting.photo import Photograph as Photograph
 from fitting.photo import read as read
@@ -17,6 +19,7 @@ from fitting.sampling import Chain as Chain
 from fitting.sampling import LogPosterior as LogPosterior
 from fitting.sampling import log_posterior as log_posterior
 from fitting.sampling import sample as sample
+from fitting.sheet_reasons import SheetReason as SheetReason
 from fitting.shell import batch as batch
 from fitting.studies import Design as Design
 from fitting.studies import Information as Information

@@ -29,11 +29,11 @@ class Reason(Wording):
     # Whether it shows rings: by the search, then by the fit.
     STRAIGHT_BEND = (
         "the fringes are straight: across {orders:.0f} fringes they bend by {bend:.2g} fringe spacings; at least "
-        "{least:.2g} is required: a radius needs curved fringes"
+        "{least:.2g} is required: a radius needs curved fringes; newtonjax wedge measures straight ones"
     )
     STRAIGHT_WAVE = (
         "the fringes are straight: evenly spaced ones explain {plane:.0%} of the fringe power, rings {match:.0%}; a "
-        "radius needs rings or arcs"
+        "radius needs rings or arcs; newtonjax wedge measures straight fringes"
     )
     NO_RINGS_MATCH = "no rings: the best ones explain {match:.0%} of the fringe power; at least {least:.0%} is required"
     NO_RINGS_AGREEMENT = (
@@ -52,11 +52,11 @@ class Reason(Wording):
         "the units"
     )
     STRAIGHT_FIT_WAVE = (
-        "the fringes are straight (they explain {straight:.0%} of the power); a radius needs rings or arcs"
+        "the fringes are straight (they explain {straight:.0%} of the power): newtonjax wedge measures them"
     )
     STRAIGHT_FIT_BEND = (
         "the fringes are straight: across {orders:.2g} fringes they bend by {bend:.2g} fringe spacings; a radius needs "
-        "curved fringes"
+        "curved fringes; newtonjax wedge measures straight ones"
     )
     NO_RINGS_FIT = (
         "no rings found: the best ring pattern explains {explained:.1%} of the image variance; at least {least:.0%} is "

@@ -2,3 +2,5 @@
 
 from fitting.irregularity.measuring import form as form
 from fitting.irregularity.result import Form as Form
+from fitting.irregularity.wedge_measuring import wedge_photo as wedge_photo
+from fitting.irregularity.wedge_photo_result import WedgePhoto as WedgePhoto

@@ -14,9 +14,10 @@ from fitting.shell import stopping
 from fitting.shell.batch_command import batch
 from fitting.shell.bench_options import with_bench_options
 from fitting.shell.form_command import form
-from fitting.shell.measuring_verbs import compare, fit, rings, scale, wedge
+from fitting.shell.measuring_verbs import compare, fit, rings, scale
 from fitting.shell.options import Bits, Epsilon, Force, ScreenPixel, Shape
 from fitting.shell.study_verbs import design, sensitivity, tradeoff
+from fitting.shell.wedge_command import wedge
 from fitting.studies import exit_status
 
 app = typer.Typer(

@@ -1,11 +1,11 @@
-"""The verbs that measure: `fit`, `scale`, `rings`, `wedge`. What is heavy is imported inside them."""
+"""The verbs that measure: `fit`, `scale`, `rings`, `compare`. What is heavy is imported inside them."""
 
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
 
-from fitting.shell import lamps, quantities
+from fitting.shell import quantities
 from fitting.shell.options import (
     Columns,
     Encoding,
@@ -30,8 +30,6 @@ from fitting.shell.options import (
     View,
     Wave,
     WaveSd,
-    WedgeLength,
-    WedgeLengthSd,
     option,
     own_columns,
     with_part_options,
@@ -156,8 +154,6 @@ def rings(
             quantities.positive_length, "LENGTH", "Rough radius: warns where diameters, radii or units look swapped."
         ),
     ] = None,
-    wedge_length: WedgeLength = None,
-    wedge_length_sd: WedgeLengthSd = None,
     column: Columns = None,
     separator: Separator = None,
     encoding: Encoding = None,
@@ -182,8 +178,7 @@ def rings(
     miscounted are flagged; what is no line, or does not determine the radius, is
     refused with exit status 3.
 
-    A table with position_mm, of straight fringes, gives the angle of a wedge, and
-    with --wedge-length its thickness there, such as that of a hair.
+    A table with position_mm, of straight fringes, is measured by `newtonjax wedge`.
     """
     from fitting.shell import rings_verb
     from fitting.shell.answer import Outputs
@@ -202,8 +197,6 @@ def rings(
         "gap_index": gap_index,
         "gap_index_sd": gap_index_sd,
         "expected_radius": expected_radius,
-        "wedge_length": wedge_length,
-        "wedge_length_sd": wedge_length_sd,
         "columns": own_columns(column or []),
         "separator": separator,
         "encoding": encoding,
@@ -233,46 +226,3 @@ def compare(
     from fitting.shell.answer import Outputs
 
     return rings_verb.run_compare(results, of.replace("-", "_"), Outputs(json, output_dir, force))
-
-
-def wedge(
-    table: Annotated[Path, typer.Argument(metavar="TABLE", help="Positions of straight fringes; - is stdin.")],
-    wavelength: Annotated[Any, option(lamps.wavelength, "LENGTH|LINE", "Vacuum wavelength, or a line such as sodium.")],
-    wavelength_sd: WaveSd = None,
-    length: Annotated[
-        float | None,
-        option(quantities.positive_length, "LENGTH", "From the line of contact to what holds the wedge open."),
-    ] = None,
-    length_sd: WedgeLengthSd = None,
-    gap_index: GapIndex = None,
-    gap_index_sd: GapIndexSd = None,
-    column: Columns = None,
-    separator: Separator = None,
-    encoding: Encoding = None,
-    vernier: Vernier = None,
-    json: Json = None,
-    output_dir: OutputDir = None,
-    force: Force = False,
-) -> int:
-    """Measure the angle of an air wedge from a table of its straight fringes, and with --length what holds it open.
-
-    Columns: order; position_mm across the fringes (also um, cm, m); sd_mm, if
-    stated. With --length, from the line of contact, the thickness there comes out:
-    of a hair, or a foil.
-    """
-    from fitting.shell import rings_verb
-    from fitting.shell.answer import Outputs
-
-    options = {
-        "wavelength": wavelength.within(1.0),
-        "wavelength_sd": wavelength.sd if wavelength_sd is None else wavelength_sd,
-        "length": length,
-        "length_sd": length_sd,
-        "gap_index": 1.0 if gap_index is None else gap_index,
-        "gap_index_sd": gap_index_sd,
-        "columns": own_columns(column or []),
-        "separator": separator,
-        "encoding": encoding,
-        "vernier": vernier,
-    }
-    return rings_verb.run_wedge(table, options, Outputs(json, output_dir, force))

@@ -136,7 +136,7 @@ ScaleFrom = Annotated[
 ]
 WedgeLength = Annotated[
     float | None,
-    option(quantities.positive_length, "LENGTH", "Of positions of straight fringes: where the wedge's end is."),
+    option(quantities.positive_length, "LENGTH", "From the line of contact to what holds the wedge open."),
 ]
 WedgeLengthSd = Annotated[Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of that length.")]
 Columns = Annotated[

@@ -76,7 +76,7 @@ def rings(
     if read.is_wedge:
         raise ValueError(
             f"the table has no ring sizes but {read.column}: positions of straight fringes, as of a wedge, give no "
-            "radius, but the wedge's angle (fitting.wedge); for rings give left_mm with "
+            "radius, but the wedge's angle (newtonjax wedge, fitting.wedge); for rings give left_mm with "
             "right_mm, diameter_mm or radius_mm"
         )
     both = wavelength is not None and radius is not None

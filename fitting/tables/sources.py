@@ -28,6 +28,8 @@ _NAMES = {separator: f"{name}s" for name, separator in SEPARATORS.items()} | {"&
 _TRIED = ("\t", ";", "|", "&", ",", " ")
 # Lines that tell the separator, and more line breaks than a quoted cell has.
 _LOOKED_AT, _BREAKS = 200, 3
+# Bytes by which a text differs from a picture.
+_HEAD = 4096
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,24 @@ class Grid:
     separator: str
     form: str
     comments: list[str]
+
+
+def is_table(path: Path) -> bool:
+    """Whether a file is a text or a workbook, by its first bytes; a picture, or an archive of arrays, is none."""
+    with path.open("rb") as file:
+        head = file.read(_HEAD)
+    if head.startswith((_ARCHIVE, _COMPOUND)):
+        return path.suffix.lower() != ".npz"
+    # The last character of so many bytes may be cut.
+    return any(_is_text(head[: len(head) - cut]) for cut in range(4 if len(head) == _HEAD else 1))
+
+
+def _is_text(content: bytes) -> bool:
+    try:
+        text_of(content, "")
+    except ValueError:
+        return False
+    return True
 
 
 def grid_of(table: str | Path, separator: str | None = None, encoding: str | None = None) -> Grid:

@@ -12,7 +12,7 @@ import fitting
 from experiments.truth.random_sheets import SHEETS
 from experiments.truth.sheet_forms import FORMS, RADIUS, Form, text, xlsx
 from fitting.shell.cli import main
-from fitting.tables import readings
+from fitting.tables.table import readings
 
 PLAIN = "n\tD (mm)\n1\t1.54\n2\t2.17\n3\t2.66\n4\t3.07\n"
 

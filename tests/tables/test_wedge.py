@@ -108,15 +108,13 @@ def test_the_result_is_saved_and_drawn(tmp_path):
     assert "thickness = " in result.report()
 
 
-def test_the_verb_rings_measures_the_wedge(tmp_path, capsys):
+def test_the_verb_measures_a_table_and_rings_names_it(tmp_path, capsys):
     file = tmp_path / "wedge.csv"
     file.write_text("order,position_mm\n" + "\n".join(f"{m},{x}" for m, x in zip(*table().values(), strict=True)))
-    command = ["rings", str(file), "--wavelength", "589.3nm"]
-    assert main([*command, "--wedge-length", "40mm"]) == 0
+    assert main(["wedge", str(file), "--wavelength", "589.3nm", "--length", "40mm"]) == 0
     assert "thickness = " in capsys.readouterr().out
-    assert "--radius: not of straight fringes" in refusal(capsys, *command, "--radius", "1m")
-    rings = tmp_path / "rings.csv"
-    rings.write_text("order,diameter_mm\n1,1.54\n2,2.17\n3,2.66\n4,3.07\n")
-    assert "--wedge-length goes with" in refusal(
-        capsys, "rings", rings, "--wavelength", "589.3nm", "--wedge-length", "1mm"
+    assert "newtonjax wedge" in refusal(capsys, "rings", file, "--wavelength", "589.3nm")
+    assert "--pixel-size, --scale-from: not of a table" in refusal(
+        capsys, "wedge", file, "--wavelength", "589.3nm", "--pixel-size", "1um", "--scale-from", "scale.json"
     )
+    assert "give --wavelength" in refusal(capsys, "wedge", file)

@@ -1,0 +1,31 @@
+"""Sentences of the sheet's further measurements: wedges in photographs, rulers, discs. As in `fitting.reasons`."""
+
+from enum import unique
+
+from newtonjax.numerics import Wording
+
+
+@unique
+class SheetReason(Wording):
+    """Sentences of `message` and `warnings` by name, grouped by what they are about."""
+
+    # Straight fringes in a photograph.
+    NO_STRAIGHT_FRINGES = (
+        "no straight fringes: their phase is confirmed in too few parts of the picture; rings and arcs are measured by "
+        "fit, a surface's form by form; mask what is no fringe"
+    )
+    FRINGES_CURVED = (
+        "the fringes are curved or unevenly spaced: from the middle to the rim they change by {change:.0%}, where a "
+        "wedge's may by {most:.0%}; rings and arcs are measured by fit, a surface's form by form"
+    )
+    OTHER_STRUCTURE = (
+        "straight fringes explain {explained:.0%} of the image variance, and the residual is structure and no noise; "
+        "at least {least:.0%} is required: mask what is no fringe"
+    )
+    FEW_STRAIGHT_FRINGES = "{fringes:.1f} fringes are seen; at least {least:g} are required: use a larger field"
+    WEDGE_NOT_CONVERGED = "the fit of the fringes did not converge; mask what is no fringe"
+    WEDGE_BENT = (
+        "the fringes change by {change:.1%} from the middle to the rim, beyond noise and the camera's distortion: the "
+        "plates are bent, or seen at a slant; the angle is that in the middle, and its change is in the budget"
+    )
+    NO_ANGLE = "{missing} not given: there is no angle without, and the spacing in pixels is the answer"
