@@ -5,7 +5,7 @@ import math
 import re
 import unicodedata
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -69,6 +69,13 @@ class Column:
     deviations: list[str] | None = None
     has_commas: bool = False
 
+    def times(self, factor: float) -> "Column":
+        """The column with its numbers and their deviations in another unit; text as it is."""
+        if factor == 1:
+            return self
+        deviations = None if self.deviations is None else [_times(cell, factor) for cell in self.deviations]
+        return replace(self, cells=[_times(cell, factor) for cell in self.cells], deviations=deviations)
+
 
 def column_of(texts: Sequence[str], *, comma_separates: bool) -> Column:
     """A column's cells with what is in them brought apart. Cells that are no numbers stay as they are."""
@@ -119,6 +126,10 @@ def _parts(text: str, match: re.Match[str] | None, unit: str) -> tuple[str, str]
         digits = f"{float(digits) * factor:.12g}"
         deviation = f"{float(deviation) * factor:.12g}" if deviation else ""
     return digits, deviation
+
+
+def _times(cell: str, factor: float) -> str:
+    return f"{float(cell) * factor:.12g}" if _SIMPLE.fullmatch(cell) else cell
 
 
 def _factor(cell_unit: str | None, unit: str) -> float:

@@ -12,6 +12,7 @@ from fitting.tables.cells import column_of
 from fitting.tables.headers import METRES, NAMES, UNIT_WORDS, canonical, unit_of
 from fitting.tables.layout import Layout, layout_of
 from fitting.tables.sources import grid_of
+from fitting.tables.units import in_usual_unit
 from fitting.tables.vocabulary import words_of
 
 _WHAT = "give the path of a CSV file with a header, or columns by name such as {'order': [1, 2], 'diameter_mm': [3, 4]}"
@@ -104,9 +105,11 @@ def _cells(
     """Cells by name, with units in the names that stand in the cells, and deviations as columns of their own."""
     cells: dict[str, Sequence] = {}
     has_commas = False
-    for k, name in enumerate(names):
+    for k, written in enumerate(names):
         column = column_of([row[k] for row in layout.rows], comma_separates=comma_separates)
         has_commas |= column.has_commas
+        name, factor = in_usual_unit(written)
+        column = column.times(factor)
         unit = column.unit or (unit_above if canonical(name) in ("diameter", "radius", "left", "right") else "")
         stated = unit_of(name)
         if stated and column.unit and stated != column.unit:

@@ -22,16 +22,19 @@ DEVIATIONS = {"sd", "sigma", "error", "err", "uncertainty", "std", "stdev", "std
 _SERIES = {"series", "run", "set", "trial", "observer", "repeat", "measurement"}
 FILLERS = {
     "ring", "rings", "of", "the", "reading", "readings", "standard", "side", "x", "dark", "bright", "edge", "total",
-    "tr",     "value", "values", "measured", "microscope",
+    "tr",     "value", "values", "measured", "microscope", "oldal",
 }  # fmt: skip
-LETTERS = {"d": "diameter", "r": "radius"}
 ORDER_LETTERS = {"m", "n", "k", "p"}
+_LETTERS = {"d": "diameter", "r": "radius"}
+# "dm" is the diameter of ring m.
+LETTERS = _LETTERS | {f"{letter}{ring}": kind for letter, kind in _LETTERS.items() for ring in (*ORDER_LETTERS, "i")}
 # What a column of orders is called by those who do not call it that.
 _RANKS = (
     {"order"}, {"m", "n", "k", "p", "j", "i"}, {"ring", "rings", "fringe"}, {"number", "no", "nr", "index", "#"},
 )  # fmt: skip
 ORDER_LIKE = set().union(*_RANKS)
 _BESIDE_ORDERS = {"of", "the", "dark", "bright"}
+_SIDES = {"left", "right"}
 # Of the ring, of the order: in French and Italian.
 _ARTICLES = {"l", "d", "dell"}
 
@@ -86,7 +89,11 @@ def order_like(headers: Iterable[str]) -> str:
 
 def size_advice(headers: Iterable[str]) -> str:
     """How to name a column of sizes: with the unit that its header states."""
-    stated = [(header, unit_of(header)) for header in headers if unit_of(header) and not is_deviation(header)]
+    stated = [
+        (header, unit_of(header))
+        for header in headers
+        if unit_of(header) and not is_deviation(header) and not _SIDES & set(words_of(header))
+    ]
     if not stated:
         return "name one with its unit, such as diameter_mm=ITS-NAME for diameters in mm"
     header, unit = stated[0]

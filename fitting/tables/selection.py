@@ -10,10 +10,13 @@ from fitting.reasons import Reason
 from fitting.tables import headers
 from fitting.tables.cells import numbers
 from fitting.tables.columns import RawTable
+from fitting.tables.units import in_usual_unit
 from newtonjax.numerics import Statement, shown
 
 # Name of no column: the rows' own numbers, from 1.
 ROW = "row"
+# What is not proposed for a size: it would be read as another one.
+_NO_SIZES = {"squared", "left", "right", "position", "main", "vernier"}
 SIZE_NAMES = tuple(f"{kind}_{unit}" for kind in headers.RADIUS_OVER for unit in headers.UNITS)
 
 
@@ -46,7 +49,8 @@ def mapped_columns(raw: RawTable, columns: Mapping[str, str] | None) -> dict[str
     by_place = {f"column{k}": header for k, header in enumerate(raw.cells, 1)}
     mapping = {}
     for name, header in dict(columns or {}).items():
-        look = _look(header) if isinstance(header, str) else ""
+        # A header of another unit stands among the columns in one of ours.
+        look = _look(in_usual_unit(header)[0]) if isinstance(header, str) else ""
         match = header if look and header in raw.cells else by_look.get(look, by_place.get(look))
         if match is None and not (look and header == ROW and name == "order"):
             raise UnreadTableError(f"the table has no column {shown(header)}; it has {', '.join(raw.cells)}")
@@ -162,7 +166,11 @@ def suggestion(raw: RawTable, mapping: Mapping[str, str]) -> dict[str, str]:
     guess = dict(mapping)
     if "order" not in guess:
         guess["order"] = _order_among(columns)
-    sizes = [header for header, values in columns.items() if header != guess["order"] and np.nanmin(values) >= 0]
+    sizes = [
+        header
+        for header, values in columns.items()
+        if header != guess["order"] and np.nanmin(values) >= 0 and not _is_no_size(header)
+    ]
     is_named = any(name.split("_")[0] in headers.SIZES for name in guess)
     if not sizes and not is_named:
         return {}
@@ -180,8 +188,16 @@ def _order_among(columns: Mapping[str, np.ndarray]) -> str:
 
 
 def _is_count(values: np.ndarray) -> bool:
-    steps = np.diff(values)
-    return bool(np.all(values == np.round(values)) and (np.all(steps >= 0) or np.all(steps <= 0)) and np.any(steps))
+    before, after = values[:-1], values[1:]
+    is_sorted = np.all(before <= after) or np.all(before >= after)
+    return bool(np.all(values == np.round(values)) and is_sorted and np.any(before != after))
+
+
+def _is_no_size(header: str) -> bool:
+    """Whether a header says that its column is no diameter or radius as it stands: an order, a square, one side."""
+    words = set(headers.words_of(header))
+    squares = {f"{unit}2" for unit in headers.METRES}
+    return bool(words & (_NO_SIZES | squares)) or headers.order_rank(header) is not None
 
 
 def _kind(header: str) -> str:

@@ -21,7 +21,7 @@ _ARCHIVE, _COMPOUND = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
 # Characters that no table has.
 _NO_TEXT = re.compile(r"[\x00-\x08\x0e-\x1b\x7f\ufffe\uffff]")
 _BLANKS = re.compile(r"[ \t\r\n]+")
-_ENCODINGS = ("cp1252", "cp1251", "gb18030")
+_ENCODINGS = ("cp1252", "cp1251", "gb18030", "shift_jis", "euc_kr", "cp1250", "cp1253")
 SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|", "blank": " "}
 _NAMES = {separator: f"{name}s" for name, separator in SEPARATORS.items()} | {"&": "&"}
 # Tried in this order; of those that read as well, the first.
@@ -87,8 +87,9 @@ def grid_of(table: str | Path, separator: str | None = None, encoding: str | Non
 def text_of(content: bytes, name: str, encoding: str | None = None) -> tuple[str, str]:
     """The text of bytes, and its encoding where that is not UTF-8.
 
-    UTF-8, UTF-16 with a byte-order mark or without, else the one of Western, Cyrillic and Chinese Windows in which most
-    words of a table's header are found. Raises ValueError for what is no text.
+    UTF-8, UTF-16 with a byte-order mark or without, else the one of Western, Cyrillic, Chinese, Japanese, Korean,
+    Central European and Greek Windows in which most words of a table's header are found. Raises ValueError for what is
+    no text.
     """
     if encoding is not None:
         try:

@@ -17,9 +17,10 @@ _BY_LETTERS = {"l": "left", "r": "right", "xl": "left", "xr": "right", "x1": "le
                "re": "right"}  # fmt: skip
 # What tells one of several readings of a ring from the others.
 _LABELS = {"a", "b", "c", "x", "y", "h", "v", "horizontal", "vertical", "first", "second", "third", "i", "ii", "iii"}
+_READERS = {"observer", "trial", "attempt", "person", "student", "set"}
 # No ring is counted so far.
 _MOST = 1e9
-_NUMBERED = re.compile(r"([a-z]+)([1-9]\d?)")
+_NUMBERED = re.compile(r"([a-z]+)([1-9]\d?)|([dr])([xyhv])")
 
 
 class Spelling(NamedTuple):
@@ -47,7 +48,7 @@ def spelling(header: str) -> Spelling | None:
         for part in ((word[:-1], "squared") if word[:-1] in headers.METRES and word[-1] == "2" else (word,))
     ]
     is_square, is_mean = "squared" in words, "mean" in words
-    words = [word for word in words if word not in ("squared", "mean", "in", *headers.FILLERS - {"x"})]
+    words = [word for word in words if word not in ("squared", "mean", "in", *_READERS, *headers.FILLERS - {"x"})]
     place = next((k for k in range(len(words) - 1, 0, -1) if words[k] in headers.UNIT_WORDS), 0)
     # "d_m" alone may be a diameter in metres, or that of ring m.
     if not place or (words[place] == "m" and re.fullmatch(r"\s*[dDr]_?m\s*", header)):
@@ -68,6 +69,9 @@ def _kind_and_labels(words: list[str]) -> tuple[str, list[str]]:
         # Of "d left", "x_l left", "left position" all is the reading on the left.
         return side, [word for word in words if word not in (side, "diameter", "position", *_SIDE_LETTERS)]
     head, *labels = words or [""]
+    if labels and (head in _LABELS or head.isdigit()):
+        # "A d", "1 diameter": which reading comes first.
+        head, *labels = *labels, head
     kind = headers.LETTERS.get(head, head)
     if labels and (labels[0] == kind[:1] or (kind == "position" and labels[0] == "x")):
         labels = labels[1:]
@@ -77,11 +81,11 @@ def _kind_and_labels(words: list[str]) -> tuple[str, list[str]]:
 
 
 def _with_numbers_apart(words: Sequence[str]) -> list[str]:
-    """Words, a number at the end of one by itself: "d2" is d, 2."""
+    """Words, a number at the end of one by itself: "d2" is d, 2; "dx" is d, x."""
     apart = []
     for word in words:
         match = _NUMBERED.fullmatch(word)
-        apart += [match[1], match[2]] if match else [word]
+        apart += filter(None, match.groups()) if match else [word]
     return apart
 
 

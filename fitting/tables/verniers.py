@@ -11,6 +11,7 @@ from fitting.tables.headers import FILLERS, METRES, UNIT_WORDS, canonical
 from fitting.tables.vocabulary import words_of
 
 _ROLES = ("main", "vernier")
+_SIDES = {"l": "left", "r": "right", "lhs": "left", "rhs": "right"}
 _BESIDE = FILLERS | {"scale", "coincidence", "constant", "position", "division", "divisions", "of"}
 
 
@@ -44,9 +45,9 @@ def with_readings(raw: RawTable, constant: float | None) -> WithReadings:
     for main in (part for part in parts if part.role == "main"):
         vernier = next((part for part in parts if part.role == "vernier" and part.reading == main.reading), None)
         name = f"{' '.join(main.reading) or 'position'} ({main.unit})"
-        if vernier is None or not main.unit or canonical(name) in totals:
+        if vernier is None or not main.unit or (canonical(name) or name) in totals:
             continue
-        of_division = METRES.get(vernier.unit, constant)
+        of_division = _of_division(vernier, main, raw.cells[vernier.header], constant)
         if of_division is None:
             needs.append(vernier.header)
             continue
@@ -62,6 +63,13 @@ def with_readings(raw: RawTable, constant: float | None) -> WithReadings:
     return WithReadings(replace(raw, cells=cells), made_of, needs)
 
 
+def _of_division(vernier: _Part, main: _Part, cells: Sequence, constant: float | None) -> float | None:
+    """What the vernier's numbers are in [m]: its unit, or divisions; a unit above both scales is the main one's."""
+    if vernier.unit == main.unit and all(str(cell).strip().isdigit() for cell in cells if str(cell).strip()):
+        return constant
+    return METRES.get(vernier.unit, constant)
+
+
 def _part(header: str) -> _Part | None:
     words = words_of(header)
     roles = [role for role in _ROLES if role in words]
@@ -69,5 +77,5 @@ def _part(header: str) -> _Part | None:
         return None
     units = [UNIT_WORDS[word] for word in words if word in UNIT_WORDS]
     unit = units[-1] if units and units[-1] in METRES else ""
-    reading = tuple(word for word in words if word not in (*_ROLES, *_BESIDE) and word not in UNIT_WORDS)
-    return _Part(header, roles[0], reading, unit)
+    reading = [word for word in words if word not in (*_ROLES, *_BESIDE) and word not in UNIT_WORDS]
+    return _Part(header, roles[0], tuple(_SIDES.get(word, word) for word in reading), unit)

@@ -9,11 +9,13 @@ from hypothesis import given, settings
 from ring_tables import WAVELENGTH, written
 
 import fitting
+from experiments.truth.further_sheets import FURTHER
 from experiments.truth.random_sheets import SHEETS
 from experiments.truth.sheet_forms import FORMS, RADIUS, Form, text, xlsx
 from fitting.shell.cli import main
 from fitting.tables.table import readings
 
+EVERY = (*FORMS, *FURTHER)
 PLAIN = "n\tD (mm)\n1\t1.54\n2\t2.17\n3\t2.66\n4\t3.07\n"
 
 
@@ -28,10 +30,10 @@ def table_of(form: Form, tmp_path):
 
 
 def test_there_are_as_many_forms_as_were_asked_for():
-    assert len({form.name for form in FORMS}) == len(FORMS) >= 80
+    assert len({form.name for form in EVERY}) == len(EVERY) >= 150
 
 
-@pytest.mark.parametrize("form", [form for form in FORMS if form.readings], ids=lambda form: form.name)
+@pytest.mark.parametrize("form", [form for form in EVERY if form.readings], ids=lambda form: form.name)
 def test_a_table_is_read_right(form, tmp_path):
     result = fitting.rings(table_of(form, tmp_path), wavelength=WAVELENGTH, **dict(form.options))
     assert result.status == "ok"
@@ -40,10 +42,10 @@ def test_a_table_is_read_right(form, tmp_path):
     assert result.model["table"].count("\n") == 0
 
 
-@pytest.mark.parametrize("form", [form for form in FORMS if not form.readings], ids=lambda form: form.name)
+@pytest.mark.parametrize("form", [form for form in EVERY if not form.readings], ids=lambda form: form.name)
 def test_a_table_that_cannot_be_read_is_refused_with_what_would_do(form, tmp_path):
     path = table_of(form, tmp_path)
-    with pytest.raises(ValueError, match=r"give|put|would do") as refusal:
+    with pytest.raises(ValueError, match=r"give|put|would do|name one") as refusal:
         fitting.rings(path, wavelength=WAVELENGTH, **dict(form.options))
     if columns := getattr(refusal.value, "suggestion", None):
         assert fitting.rings(path, wavelength=WAVELENGTH, columns=columns).radius is not None
