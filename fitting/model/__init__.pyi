@@ -7,6 +7,7 @@ from fitting.model.basis import ENVELOPE_NODES as ENVELOPE_NODES
 from fitting.model.basis import degrees as degrees
 from fitting.model.basis import model_coefficients as model_coefficients
 from fitting.model.bench_start import scene_start as scene_start
+from fitting.model.distortion import AXIS_ROW as AXIS_ROW
 from fitting.model.microscope import Microscope as Microscope
 from fitting.model.microscope import microscope_on as microscope_on
 from fitting.model.parts import ADVICE as ADVICE
@@ -16,6 +17,7 @@ from fitting.model.parts import LEAVING_OUT as LEAVING_OUT
 from fitting.model.parts import PARTS as PARTS
 from fitting.model.parts import PRICES as PRICES
 from fitting.model.parts import PRIORS as PRIORS
+from fitting.model.parts import RADIAL as RADIAL
 from fitting.model.parts import SEARCHED as SEARCHED
 from fitting.model.parts import WARPS as WARPS
 from fitting.model.parts import anchors_of as anchors_of

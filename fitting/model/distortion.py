@@ -9,6 +9,9 @@ from fitting.parameters import Numbers
 # Where the axis of a camera is, in half diagonals from its frame's middle.
 _AXIS = 0.015
 _ADVICE = "keep the rings in the middle of a longer focal length"
+# The row of a budget that the axis has, and what makes it smaller.
+AXIS_ROW = "axis"
+_AXIS_ADVICE = "say where the camera's axis is in the picture (axis_px, --axis), or take the uncut photograph"
 # The two usual laws of distortion, from the image to the object and back, differ by 3 κ² in the fifth order: taken as
 # one and a half standard deviations where the image does not tell.
 _FIFTH, _LAW = 2.0, "distortion's law"
@@ -26,7 +29,7 @@ class Distortion(AbstractPart):
     prior_words = "10 % at half a diagonal, as eyepieces reach, about an axis near the middle"
     # An eyepiece's and a telephone's; where the axis is, a fit that starts without a distortion does not see.
     also_from = ({"distortion": -0.12}, {"distortion": 0.06})
-    advice = MappingProxyType({"distortion": _ADVICE, _LAW: _ADVICE})
+    advice = MappingProxyType({"distortion": _ADVICE, AXIS_ROW: _AXIS_ADVICE, _LAW: _ADVICE})
 
     def law(self, numbers: Numbers, present: Collection[str]) -> Law | None:
         """That the fifth order is not in the model, where the law of the camera may have one."""

@@ -68,13 +68,15 @@ class Averaging:
         allows: Callable[[Parts], bool] | None = None,
         fixed_parts: Collection[str] = (),
         ratio: float = 1.0,
+        held: Collection[str] = (),
     ) -> Average:
         """Over the sets that are allowed, all of them unless `allows` says which.
 
         `variance`: of the light per unit weight, errors that neighbours share included; `fixed_parts`: those whose
-        numbers stay as they are; `ratio`: of the data's own share of each variance to what `variance` makes it.
+        numbers stay as they are; `ratio`: of the data's own share of each variance to what `variance` makes it; `held`:
+        numbers of the camera's axis that stay as they are.
         """
-        sets = [fit for member in self.members for fit in _sets(member, variance, allows, fixed_parts, ratio)]
+        sets = [fit for member in self.members for fit in _sets(member, variance, allows, fixed_parts, ratio, held)]
         temper = max(1.0, float(np.sqrt(min(member.fit.correlation for member in self.members))))
         evidence = np.array([fit.evidence for fit in sets])
         share = np.exp((evidence - evidence.max()) / temper)
@@ -109,7 +111,12 @@ class _Set(NamedTuple):
 
 
 def _sets(
-    member: Member, variance: float, allows: Callable[[Parts], bool] | None, fixed_parts: Collection[str], ratio: float
+    member: Member,
+    variance: float,
+    allows: Callable[[Parts], bool] | None,
+    fixed_parts: Collection[str],
+    ratio: float,
+    held: Collection[str],
 ) -> Iterator[_Set]:
     """The sets of a member on the model linearized at its fit; what else is free there, is so in each of them."""
     matrix = member.fit.matrix.holding(numbers_of(fixed_parts))
@@ -126,7 +133,7 @@ def _sets(
     values = matrix.values[tested]
     absent = np.where(aside, values, 0.0)
     for parts in member.sets if allows is None else filter(allows, member.sets):
-        free = np.isin(names, numbers_of(parts))
+        free = np.isin(names, numbers_of(parts)) & ~np.isin(names, list(held))
         step, spread, logarithm = _within(
             of_tested / variance, pull / variance, values, free, centre, 1 / sd**2, absent
         )

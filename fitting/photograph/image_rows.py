@@ -1,9 +1,11 @@
 """What an image leaves uncertain of its first number, row by row: noise, parts of the model, and what it left out."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from fitting.estimate import Fitted
-from fitting.model import LEAVING_OUT, PARTS, numbers_of
+from fitting.model import AXIS_ROW, LEAVING_OUT, PARTS, numbers_of
 from fitting.parameters import Numbers, Quantities, block_of
 from fitting.photograph.averaging import Averaging
 from fitting.photograph.selection import Choice
@@ -50,15 +52,13 @@ def image_rows(choice: Choice, variance: float, known: Quantities) -> tuple[np.n
 
 def _rows_of_parts(fit: Fitted, variance: float) -> list[tuple[str, float]]:
     """Noise with the parts' numbers held; then what each part's own add."""
-    matrix, fixed_parts = fit.matrix, [part for part in fit.parts if PARTS[part].parameters]
-    before = matrix.holding(numbers_of(fixed_parts)).deviation("curvature", variance)
-    rows = [("noise", before)]
-    while fixed_parts:
-        part, *fixed_parts = fixed_parts
-        now = matrix.holding(numbers_of(fixed_parts)).deviation("curvature", variance)
-        rows.append((part, float(np.sqrt(max(now**2 - before**2, 0.0)))))
-        before = max(now, before)
-    return rows
+    groups = [group for part in fit.parts for group in _groups_of(part)]
+
+    def deviation(count: int) -> float:
+        fixed_numbers = [name for _, numbers in groups[count:] for name in numbers]
+        return fit.matrix.holding(fixed_numbers).deviation("curvature", variance)
+
+    return _added(("noise", *(row for row, _ in groups)), map(deviation, range(len(groups) + 1)))
 
 
 def _rows_of_average(averaging: Averaging, variance: float, ratio: float) -> list[tuple[str, float]]:
@@ -68,14 +68,30 @@ def _rows_of_average(averaging: Averaging, variance: float, ratio: float) -> lis
     searched = [part for part in averaging.members[0].fit.parts if PARTS[part].parameters and part not in warps]
     least = min(sets, key=len)
 
-    def deviation(parts: list[str], fixed_parts: list[str]) -> float:
-        average = averaging.mean(variance, lambda names: names <= {*parts, *least}, fixed_parts, ratio)
+    def deviation(parts: list[str], fixed_parts: list[str], held: tuple[str, ...] = ()) -> float:
+        average = averaging.mean(variance, lambda names: names <= {*parts, *least}, fixed_parts, ratio, held)
         return float(np.sqrt(max(Numbers(*np.diag(block_of(average.covariance))).curvature, 0.0)))
 
-    before = deviation([], searched)
-    rows = [("noise", before)]
-    for count, part in enumerate([*warps, *searched], 1):
-        now = deviation(warps[:count], searched[max(count - len(warps), 0) :])
-        rows.append((part, float(np.sqrt(max(now**2 - before**2, 0.0)))))
-        before = max(now, before)
-    return rows
+    steps: list[tuple[str, tuple]] = [("noise", ([], searched))]
+    for count, part in enumerate(warps, 1):
+        axis = PARTS[part].axis
+        steps.append((part, (warps[:count], searched, axis)))
+        steps += [(AXIS_ROW, (warps[:count], searched))] if axis else []
+    steps += [(part, (warps, searched[count:])) for count, part in enumerate(searched, 1)]
+    return _added((row for row, _ in steps), (deviation(*free) for _, free in steps))
+
+
+def _groups_of(part: str) -> list[tuple[str, tuple[str, ...]]]:
+    """(row, numbers) of a part: the camera's axis has a row of its own."""
+    axis = PARTS[part].axis
+    groups = [(part, tuple(name for name in PARTS[part].parameters if name not in axis)), (AXIS_ROW, axis)]
+    return [(row, numbers) for row, numbers in groups if numbers]
+
+
+def _added(rows: Iterable[str], deviations: Iterable[float]) -> list[tuple[str, float]]:
+    """Rows of the deviations of ever more that is free: what each adds to the largest before it."""
+    largest, added = 0.0, []
+    for row, deviation in zip(rows, deviations, strict=True):
+        added.append((row, float(np.sqrt(max(deviation**2 - largest**2, 0.0)))))
+        largest = max(deviation, largest)
+    return added

@@ -1,6 +1,7 @@
 """From a photograph of rings to the radius: read, find, solve, judge, report."""
 
 import time
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import jax
 import numpy as np
 
 from fitting.estimate import FEW, Fitted, finely, frame_on, robust_fit, sharpened
-from fitting.model import PARTS, GapModel, Microscope, microscope_on, scene_start
+from fitting.model import AXIS, GapModel, Microscope, microscope_on, scene_start
 from fitting.parameters import (
     AbstractResult,
     Numbers,
@@ -31,7 +32,7 @@ from fitting.photo import (
     view_of,
 )
 from fitting.photograph.light import with_richer_light
-from fitting.photograph.priors import Priors, may_be_cut
+from fitting.photograph.priors import Priors
 from fitting.photograph.result import FitResult
 from fitting.photograph.second_look import rings_in_the_middle
 from fitting.photograph.selection import (
@@ -56,6 +57,8 @@ from newtonjax.scene import Scene
 _MANY_BLOCKS, _BEARABLE = 500_000, 0.2
 # Blocks to a side of the lit field, at least.
 _FEWEST_BLOCKS = 64
+# Shapes of cameras' frames: long over short side, and by how much they may differ.
+_SHAPES, _ALIKE = (4 / 3, 3 / 2, 16 / 9, 5 / 4), 0.005
 
 
 @says_its_origin
@@ -82,6 +85,9 @@ def fit(
     parts: dict[str, bool] | None = None,
     page: int | None = None,
     scale: AbstractResult | str | Path | None = None,
+    priors: Mapping[str, tuple[float, float | str]] | None = None,
+    axis_px: tuple[float, float] | None = None,
+    axis_px_sd: float | None = None,
     progress: Progress = None,
 ) -> FitResult:
     """The lens radius, or another one of radius, wavelength, pixel size and gap index, from an image of rings.
@@ -112,6 +118,13 @@ def fit(
       scale: in place of pixel_size and pixel_size_sd, a result of `fitting.scale` of the same camera, or of `fit` with
         the radius of another lens given (its pixel size and standard deviation alone), or the JSON file of one. A
         grid's distortion is a prior of the fit's; rings that are stretched otherwise than the grid are warned of.
+      priors: (value, standard deviation) of numbers of parts in place of the defaults, by name, such as
+        {"distortion": (0.0, 0.02)}: "stretch", "shear", "distortion", "distortion_fifth_order", "axis_x", "axis_y" and
+        the terms of the lens's form, "coma_x" to "tetrafoil_y"; the deviation also as a percentage of the value. They
+        are normal. A part of whose numbers something is said is there for certain, but for an axis alone.
+      axis_px, axis_px_sd: where the camera's axis is in the picture, (x, y) [px], of one that has been cut out of a
+        larger one: in its middle unless given; the deviation of x and y is 1.5 % of half a diagonal unless given. The
+        pixel size and the scale are those on the axis.
       progress: True for a bar on the terminal, or a function of (steps done, their number).
 
     What the data cannot give comes back as a status and a message. Raises ValueError and FileNotFoundError for input
@@ -191,7 +204,8 @@ def _plain(task: Task, rings: Rings, before: Fitted | None = None) -> Fitted:
     phase = rings.phase
     if "gap" in fixed:
         phase = held_turns(fixed, task.quantities) + task.contact_phase
-    numbers = Numbers(rings.scale * frame.unit**2, x, y, phase)
+    axis = {name: task.priors[name].value for name in AXIS if name in task.priors}
+    numbers = Numbers(rings.scale * frame.unit**2, x, y, phase, **axis)
     start = np.array(numbers)
     # A few fringes leave the search uncertain by as much as this.
     starts = [start, *(np.array(numbers._replace(curvature=k * numbers.curvature)) for k in (0.6, 1.6))]
@@ -226,12 +240,18 @@ def _with_parts(task: Task, rings: Rings, plain: Fitted, before: Complete | None
     are_few = is_refused and plain.orders < FEW and not any(wishes.values())
     if are_few or (task.scene is not None and not is_refused):
         return without_parts(plain, photograph, priors)
-    of_camera = [name for name, part in PARTS.items() if set(part.parameters) & set(task.priors)]
-    return complete(plain, photograph, dict.fromkeys(of_camera, True) | wishes, priors, before)
+    return complete(plain, photograph, wishes, priors, before)
 
 
 def _priors(task: Task) -> Priors:
-    return Priors(task.contact_phase, task.priors, may_be_cut(task.photograph.mask.shape))
+    is_axis_unsaid = not set(AXIS) & set(task.priors)
+    return Priors(task.contact_phase, task.priors, is_axis_unsaid and _may_be_cut(task.photograph.mask.shape))
+
+
+def _may_be_cut(shape: tuple[int, ...]) -> bool:
+    """Whether a picture has not the shape of a camera's frame."""
+    ratio = max(shape[:2]) / min(shape[:2])
+    return all(abs(ratio / frame - 1) > _ALIKE for frame in _SHAPES)
 
 
 def solve_bench(scene: Scene, task: Task, choice: Choice) -> Choice:

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fitting.estimate import Fitted
-from fitting.model import ADVICE
 from fitting.parameters import (
     TABLE,
     AbstractResult,
@@ -15,27 +14,13 @@ from fitting.parameters import (
     Parameter,
     Quantities,
     common_from,
-    interval,
     parameters_from,
-    rounded,
-    with_sd,
 )
 from fitting.photograph.picture import Picture
+from fitting.photograph.report import dominant_of, headline_of, report_of
 from fitting.photograph.ring_radii import KEYS, KINDS, FittedRing, table_of
 from fitting.photograph.rival import Finding
 from newtonjax.numerics import require_choice
-
-# What makes a row of the budget smaller that is no given quantity's.
-_ADVICE = {
-    "noise": "more light, more frames, or a mask over what is not rings",
-    "sodium's two lines": "fewer rings, or a laser",
-    "glass looked through": "give the bench as a scene, with the index and thickness of its glass",
-    "whole waves of the gap": "hold the gap where it is known (fixed gap)",
-    "light behind few fringes": "more rings in the picture, or more even light",
-    "form": "turn the lens and take another photograph, mask its rim, or measure its form by itself",
-    "view or form": "look along the normal, or take another photograph with the lens turned by 90 degrees",
-    "model": "look at the residual picture; mask what is not of one ring system, or take more rings",
-}
 
 
 class Evidence(NamedTuple):
@@ -132,12 +117,7 @@ class FitResult(AbstractResult):
         figure.draw_photograph(self.picture, self.centre_px, ax)
         return ax.figure
 
-    def headline(self) -> str:
-        """The answer in one line, or why there is none."""
-        answer = self.parameters.get(self.measured)
-        if self.status == "ok" and answer is not None and answer.sd is not None:
-            return f"{self.measured} = {with_sd(answer.value, answer.sd, TABLE[self.measured].unit)}"
-        return f"{self.status}: {self.message}" if self.message else self.status
+    headline, dominant, report = headline_of, dominant_of, report_of
 
     def _title(self) -> str:
         if self.status == "ok":
@@ -212,88 +192,3 @@ class FitResult(AbstractResult):
             covariance=None if covariance is None else np.array(covariance, float),
             origin=origin,
         )
-
-    def dominant(self) -> str:
-        """The largest row of the budget, its share of the variance, and what would make it smaller; empty without."""
-        total = sum(sd**2 for _, sd in self.budget)
-        if not total:
-            return ""
-        source, sd = max(self.budget, key=lambda row: row[1])
-        advice = TABLE[source].advice if source in TABLE else ""
-        advice = _ADVICE.get(source) or ADVICE.get(source) or advice or _ADVICE["model"]
-        return f"largest: {source}, {sd**2 / total:.0%} of the variance; {advice}"
-
-    def _unstated(self, value: float) -> list[str]:
-        """That the deviation lacks quantities which have none, and what a percent of each would be."""
-        if not self.per_percent:
-            return []
-        by_change = sorted(self.per_percent.items(), key=lambda row: -row[1])
-        unit, names = f" {TABLE[self.measured].unit}".rstrip(), " and ".join(name for name, _ in by_change)
-        effects = (
-            f"1 % of {name} is {100 * change / value:.3g} % of {self.measured}, {change:.2g}{unit}"
-            for name, change in by_change
-        )
-        have = "have" if len(by_change) > 1 else "has"
-        counted = [source for source, _ in self.budget if source in TABLE and not TABLE[source].in_fit]
-        scope = "does not include all" if counted else "is of the image alone"
-        return [f"    ± {scope}: {names} {have} no standard deviation; {'; '.join(effects)}"]
-
-    def _of_rings(self) -> list[str]:
-        """The first two rings of each kind and the last one."""
-        lines = []
-        for kind in KINDS:
-            rows = [ring for ring in self.rings if ring.kind == kind]
-            ends = rows if len(rows) < 4 else [*rows[:2], rows[-1]]
-            sizes = (
-                with_sd(ring.radius_px, ring.radius_px_sd, "px")
-                if ring.radius is None
-                else with_sd(1e3 * ring.radius, 1e3 * (ring.radius_sd or 0.0), "mm")
-                for ring in ends
-            )
-            by_order = "; ".join(f"{ring.order}: {size}" for ring, size in zip(ends, sizes, strict=True))
-            lines += [f"    {len(rows)} {kind}: {by_order}"] if rows else []
-        return ["[[Rings]]  radius by order, distortion and view undone", *lines] if lines else []
-
-    def _of_priors(self) -> list[str]:
-        """What was taken for granted before the image was seen, a line for each reason."""
-        alike: dict[tuple, list[str]] = {}
-        for name, prior in self.priors.items():
-            alike.setdefault(tuple(prior.values()), []).append(name)
-        lines = [f"    {', '.join(names)}: {value:g} ± {sd:.2g}, {why}" for (value, sd, why), names in alike.items()]
-        return ["[[Priors]]", *lines] if lines else []
-
-    def report(self) -> str:
-        """The result as text: the answer, its budget, the parameters, and what was modelled."""
-        lines = [f"[[Result]]  {self.status}" + (f": {self.message}" if self.message else "")]
-        answer, unit = self.parameters.get(self.measured), TABLE[self.measured].unit
-        if self.status == "ok" and answer and answer.sd is not None:
-            headline, interval_95 = self.headline(), self.radius_interval or interval(answer.value, answer.sd)
-            low, high = (rounded(end, answer.sd) for end in interval_95)
-            lines += [
-                f"    {headline} ({answer.sd / answer.value:.2g} relative; 95 %: {low} to {high})",
-                *self._unstated(answer.value),
-            ]
-        if self.fringe_scale_per_px2 is not None:
-            scale = with_sd(self.fringe_scale_per_px2, self.fringe_scale_sd, "per px²")
-            lines += [f"    fringe scale n s²/(R λ) = {scale}"]
-        if self.explained_variance is not None:
-            lines += [f"    fringes explain {self.explained_variance:.1%} of the variance"]
-        if self.budget:
-            lines += [f"[[Budget]]  standard deviations of {self.measured}" + (f" [{unit}]" if unit else "")]
-            width = max(len(source) for source, _ in self.budget)
-            lines += [f"    {source:<{width}} {sd:.2g}" for source, sd in self.budget]
-            lines += [f"    {self.dominant()}"] if self.dominant() else []
-        if self.parameters:
-            lines += ["[[Parameters]]"]
-            width = max(len(name) for name in self.parameters)
-            for name, parameter in self.parameters.items():
-                unit, exact = TABLE[name].unit if name in TABLE else "", not parameter.sd
-                text = f"{parameter.value:.10g} {unit}" if exact else with_sd(parameter.value, parameter.sd, unit)
-                lines += [f"    {name:<{width}} {text.rstrip()}" + (" (given)" if parameter.fixed else "")]
-        lines += self._of_rings()
-        if self.model:
-            lines += ["[[Model]]"] + [f"    {part:<12} {why}" for part, why in self.model.items()]
-        lines += self._of_priors()
-        if self.warnings:
-            lines += ["[[Warnings]]"] + [f"    {text}" for text in self.warnings]
-        return "\n".join(lines)

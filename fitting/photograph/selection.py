@@ -21,7 +21,7 @@ from fitting.estimate import (
     tukey,
 )
 from fitting.model import AXIS, PARTS, SEARCHED, WARPS
-from fitting.parameters import Numbers, slots_of
+from fitting.parameters import slots_of
 from fitting.photo import Photograph, reduce
 from fitting.photograph.averaging import Averaging, Member, Parts, sets_of
 from fitting.photograph.clusters import data_variance, scatter
@@ -46,8 +46,9 @@ class Choice(NamedTuple):
 
     - `evidence`: by part, how probable it is, or why it is not there; `photograph`: on which the fit was made.
     - `rivals`: fits that are not ruled out: what the difference is, and the other fit.
-    - `averaging`: None where no part was averaged; `shift`: from the fit's numbers to the mean over all sets; `ratio`:
-      of the data's variance of the first number, by clusters of residuals, to what the correlation of neighbours says.
+    - `averaging`: None where no part was averaged; `place`: of its member that the fit is of; `shift`: from the fit's
+      numbers to the mean over all sets; `ratio`: of the data's variance of the first number, by clusters of residuals,
+      to what the correlation of neighbours says.
     """
 
     found: Fitted
@@ -55,6 +56,7 @@ class Choice(NamedTuple):
     photograph: Photograph
     rivals: tuple[tuple[str, Fitted], ...] = ()
     averaging: Averaging | None = None
+    place: int = 0
     shift: np.ndarray | None = None
     ratio: float = 1.0
 
@@ -63,7 +65,7 @@ class Choice(NamedTuple):
         """What was known of the parts that may be there, for a report."""
         if self.averaging is None:
             return {}
-        member = self.averaging.members[0]
+        member = self.averaging.members[self.place]
         parts = {*max(member.sets, key=len), *self.found.parts}
         return member.priors.table(part for part in PARTS if part in parts)
 
@@ -210,7 +212,7 @@ def _averaged(choice: Choice, members: list[Member]) -> Choice:
         for part in WARPS
         if part in warps
     }
-    return choice._replace(found=fit, averaging=averaging, evidence=evidence | choice.evidence)
+    return choice._replace(found=fit, averaging=averaging, place=place, evidence=evidence | choice.evidence)
 
 
 def _restricted(member: Member, parts: tuple[str, ...], numbers: np.ndarray, variance: float) -> Fitted:
@@ -254,7 +256,7 @@ def _with_trial(trials: Trials, best: Trial, evidence: dict[str, str]) -> Fitted
         last = warps[-1] if warps else parts[-1]
         evidence[last] = "dropped: least squares did not converge with it"
         parts = tuple(part for part in parts if part != last)
-        numbers = np.array(Numbers(*numbers)._replace(**dict.fromkeys(PARTS[last].parameters, 0.0)))
+        numbers = without(numbers, parts)
 
 
 def _with_parts(

@@ -6,7 +6,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from fitting.model import PARTS
+from fitting.model import PARTS, SceneModel
 from fitting.parameters import (
     CameraScale,
     Quantities,
@@ -19,6 +19,7 @@ from fitting.parameters import (
 )
 from fitting.photo import Photograph
 from fitting.photo import read as read_photograph
+from fitting.photograph.priors import StatedPrior, axis_priors, checked_axis, checked_priors, forced_parts
 from fitting.photograph.verdict import RefusedError
 from fitting.reasons import Reason
 from newtonjax.numerics import names_in, require_choice, shown
@@ -35,7 +36,7 @@ class Task:
     - `view`: "reflected" or "transmitted"; `scene`: the bench to trace, None for fringes in the gap.
     - `fixed`, `start`: what the user holds, and starts from, by name; `wishes`: whether parts are wanted, by part.
     - `keeps_curve`: whether the user has said how codes follow the light.
-    - `priors`: of parts' numbers, by name (value, standard deviation); `scale`: what a grid says of the camera.
+    - `priors`: of parts' numbers that are not the default, by name; `scale`: what a grid says of the camera.
     """
 
     photograph: Photograph
@@ -49,7 +50,7 @@ class Task:
     is_guided: bool
     contact_phase: float
     scale: CameraScale | None = None
-    priors: dict[str, tuple[float, float]] = field(default_factory=dict)
+    priors: dict[str, StatedPrior] = field(default_factory=dict)
 
 
 def checked_parts(parts) -> dict[str, bool]:
@@ -84,6 +85,9 @@ def task_of(arguments: dict[str, Any]) -> Task:
     scale = None if arguments.get("scale") is None else camera_scale(arguments["scale"])
     given = _quantities(_with_scale(arguments, scale), free, scene)
     fixed, start = checked_fixed(arguments["fixed"]), checked_start(arguments["start"])
+    priors = {} if arguments["priors"] is None else checked_priors(arguments["priors"], _in_scene(wishes, scene))
+    has_axis = arguments["axis_px"] is not None or arguments["axis_px_sd"] is not None
+    axis = checked_axis(arguments["axis_px"], arguments["axis_px_sd"], priors) if has_axis else None
     photograph = read_photograph(
         np.asarray(image) if isinstance(image, jax.Array) else image,
         arguments["transfer"],
@@ -96,14 +100,24 @@ def task_of(arguments: dict[str, Any]) -> Task:
         raise RefusedError(Reason.TOO_FEW_PIXELS(usable=usable, total=photograph.mask.size), photograph)
     if photograph.is_uniform:
         raise RefusedError(Reason.UNIFORM(), photograph)
-    distortion = None if scale is None else scale.prior_distortion(photograph.image.shape)
-    priors = {} if distortion is None else {"distortion": distortion}
-    photograph.warnings.extend(() if scale is None else scale.size_warning(photograph.image.shape))
+    shape = photograph.mask.shape
+    distortion = None if scale is None else scale.prior_distortion(shape)
+    if distortion is not None:
+        priors = {"distortion": StatedPrior(*distortion, "grid", "measured on the grid")} | priors
+    priors |= {} if axis is None else axis_priors(axis, shape)
+    wishes = forced_parts(priors) | wishes if priors else wishes
+    photograph.warnings.extend(() if scale is None else scale.size_warning(shape))
     view, keeps_curve = view if scene is None else scene.view, arguments["transfer"] is not None
     is_guided, contact_phase = bool(fixed or start), 0.5 if view == "reflected" else 0.0
     return Task(
         photograph, given, view, scene, fixed, start, wishes, keeps_curve, is_guided, contact_phase, scale, priors
     )
+
+
+def _in_scene(wishes: dict[str, bool], scene: Scene | None) -> dict[str, bool]:
+    """The wishes, and with a scene without the parts that it cannot have."""
+    absent = () if scene is None else (part for part in PARTS if part not in SceneModel.parts)
+    return wishes | dict.fromkeys(absent, False)
 
 
 def _with_scale(arguments: dict[str, Any], scale: CameraScale | None) -> dict[str, Any]:

@@ -214,10 +214,9 @@ def rim(lit: np.ndarray) -> float:
 
 
 def without(numbers: np.ndarray, parts: tuple[str, ...]) -> np.ndarray:
-    """Numbers without those of parts that are not there."""
-    return np.array(
-        Numbers(*numbers)._replace(**dict.fromkeys(numbers_of(part for part in PARTS if part not in parts), 0.0))
-    )
+    """Numbers without those of parts that are not there, but for the axis: it means nothing without a distortion."""
+    absent = numbers_of(part for part in PARTS if part not in parts)
+    return np.array(Numbers(*numbers)._replace(**{name: 0.0 for name in absent if name not in AXIS}))
 
 
 def is_nested(names: Collection[str]) -> bool:

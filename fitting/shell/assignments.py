@@ -45,3 +45,26 @@ def number(name: str, text: str, units: dict[str, str]) -> float:
 def deviations(texts: list[str], units: dict[str, str]) -> dict[str, float | str]:
     """Standard deviations by name: in the unit of the number, or as a percentage of it."""
     return {name: text if text.endswith("%") else number(name, text, units) for name, text in pairs("--sd", texts)}
+
+
+def priors(texts: list[str]) -> dict[str, tuple[float, float | str]]:
+    """(value, standard deviation) by name, of NAME=VALUE:SD; a deviation may be a percentage of its value."""
+    stated = {}
+    for text in (part for group in texts for part in group.split()):
+        name, _, pair = text.partition("=")
+        value, colon, sd = pair.partition(":")
+        name = name.strip().replace("-", "_")
+        if not (name and colon):
+            raise ValueError(f"--prior {text!r}: give NAME=VALUE:SD, such as distortion=0:0.02")
+        if name in stated:
+            raise ValueError(f"--prior names {name} twice; give it once")
+        stated[name] = quantities.number(value), quantities.number_sd(sd)
+    return stated
+
+
+def place(text: str) -> tuple[float, float]:
+    """X,Y in pixels. Raises ValueError for what is no pair of numbers."""
+    x, comma, y = text.partition(",")
+    if not comma:
+        raise ValueError(f"{text!r}; give X,Y in pixels, such as 640,480")
+    return quantities.number(x), quantities.number(y)

@@ -1,7 +1,7 @@
 """The verb that measures many photographs: `batch`. What is heavy is imported inside it."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -20,11 +20,11 @@ from fitting.shell.options import (
     View,
     Wave,
     WaveSd,
-    with_part_options,
+    with_model_options,
 )
 
 
-@with_part_options
+@with_model_options
 def batch(
     photos: Annotated[
         list[Path] | None,
@@ -61,7 +61,7 @@ def batch(
     plate_radius_sd: PlateSd = None,
     mask: MaskImage = None,
     page: Page = None,
-    **parts: bool | None,
+    **model: Any,
 ) -> int:
     """Measure many photographs, in several processes, and show which radius is not like the others.
 
@@ -75,13 +75,13 @@ def batch(
     Exit status: 0 all measured, 3 some refused, 4 some not converged, 5 some unreadable.
     """
     from fitting.shell import batch_verb
-    from fitting.shell.fit_verb import FitOptions
+    from fitting.shell.fit_verb import FitOptions, model_of
     from fitting.shell.photographs import Workers
 
-    named = {name: is_there for name, is_there in parts.items() if is_there is not None}
     options = FitOptions(
-        wavelength, pixel_size, wavelength_sd, pixel_size_sd, radius, view, scene, transfer, scale_from, named, mask,
-        plate_radius=plate_radius, plate_radius_sd=plate_radius_sd, page=page, radius_sd=radius_sd,
+        wavelength, pixel_size, wavelength_sd, pixel_size_sd, radius, view, scene, transfer, scale_from,
+        mask=mask, plate_radius=plate_radius, plate_radius_sd=plate_radius_sd, page=page, radius_sd=radius_sd,
+        **model_of(model),
     )  # fmt: skip
     request = batch_verb.Request(photos or [], options, output_dir, Workers(workers, scheduler), follow, retry)
     return batch_verb.run(request)

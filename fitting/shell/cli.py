@@ -71,7 +71,7 @@ def _one_by_one(arguments: list[str]) -> list[str]:
     separated, option = [], ""
     for argument in arguments:
         if argument.startswith("-"):
-            option = argument if argument in ("--vary", "--sd", "--choose") else ""
+            option = argument if argument in ("--vary", "--sd", "--choose", "--prior") else ""
         elif option and "=" in argument and separated[-1] != option:
             separated.append(option)
         separated.append(argument)

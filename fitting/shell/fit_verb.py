@@ -12,10 +12,11 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import fitting
-from fitting.parameters import with_sd
-from fitting.shell import session, stopping
+from fitting.parameters import PART_OPTIONS, with_sd
+from fitting.shell import assignments, session, stopping
 from fitting.shell.answer import Extras, Outputs, as_png
 from fitting.shell.lamps import Wavelength
+from fitting.shell.options import MODEL_OPTIONS
 from fitting.shell.progress import progress
 
 # Files that `newtonjax rings` reads, by the kind of their rings.
@@ -41,6 +42,16 @@ class FitOptions(NamedTuple):
     plate_radius_sd: float | str | None = None
     page: int | None = None
     radius_sd: float | str | None = None
+    prior: Mapping[str, tuple[float, float | str]] = MappingProxyType({})
+    axis: tuple[float, float] | None = None
+    axis_sd: float | None = None
+
+
+def model_of(values: dict[str, Any]) -> dict[str, Any]:
+    """What is asked of the rings' model, of the values of `options.with_model_options`: fields of `FitOptions`."""
+    parts = {name: values[name] for name in PART_OPTIONS if values[name] is not None}
+    prior = assignments.priors(values["prior"]) if values["prior"] else {}
+    return {"parts": parts, **{name: values[name] for name in MODEL_OPTIONS}, "prior": prior}
 
 
 def run(photo: Path, options: FitOptions, outputs: Outputs) -> int:
@@ -177,6 +188,7 @@ def arguments_of(options: FitOptions) -> dict:
         arguments["mask"] = options.mask
     if options.parts:
         arguments["parts"] = dict(options.parts)
+    arguments |= _of_model(options)
     if options.scale_from is not None:
         del arguments["pixel_size"]
         arguments["scale"] = options.scale_from
@@ -195,6 +207,13 @@ def arguments_of(options: FitOptions) -> dict:
     if options.scale_from is None and arguments["pixel_size"] is None and camera is not None:
         arguments["pixel_size"] = float(camera.pixel_size)
     return {**arguments, "view": scene.view, "scene": scene}
+
+
+def _of_model(options: FitOptions) -> dict[str, Any]:
+    """The arguments of `fitting.fit` that say what is known of the parts' numbers."""
+    arguments = {"axis_px": options.axis, "axis_px_sd": options.axis_sd}
+    named = {name: value for name, value in arguments.items() if value is not None}
+    return named | ({"priors": dict(options.prior)} if options.prior else {})
 
 
 def _comparison(result, truth: float) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from fitting.parameters import PART_OPTIONS
-from fitting.shell import lamps, quantities
+from fitting.shell import assignments, lamps, quantities
 from fitting.shell.fit_verb import FitOptions
 from fitting.shell.options import transfer_curve
 
@@ -48,6 +48,9 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "plate_radius": quantities.length,
     "plate_radius_sd": quantities.length_sd,
     "page": _page,
+    "prior": lambda text: assignments.priors([text]),
+    "axis": assignments.place,
+    "axis_sd": quantities.number,
 }
 
 

@@ -32,13 +32,13 @@ from fitting.shell.options import (
     WaveSd,
     option,
     own_columns,
-    with_part_options,
+    with_model_options,
 )
 
 Quantity = Literal["radius", "wavelength", "pixel-size", "gap-index"]
 
 
-@with_part_options
+@with_model_options
 def fit(
     photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Photograph of rings.")],
     wavelength: Wave = None,
@@ -59,7 +59,7 @@ def fit(
     json: Json = None,
     output_dir: OutputDir = None,
     force: Force = False,
-    **parts: bool | None,
+    **model: Any,
 ) -> int:
     """Measure the lens radius from a photograph of rings, with its standard deviation and where that comes from.
 
@@ -70,10 +70,10 @@ def fit(
     from fitting.shell import fit_verb
     from fitting.shell.answer import Outputs
 
-    named = {name: is_there for name, is_there in parts.items() if is_there is not None}
     options = fit_verb.FitOptions(
-        wavelength, pixel_size, wavelength_sd, pixel_size_sd, radius, view, scene, transfer, scale_from, named, mask,
-        mcmc, plate_radius, plate_radius_sd, page, radius_sd,
+        wavelength, pixel_size, wavelength_sd, pixel_size_sd, radius, view, scene, transfer, scale_from,
+        mask=mask, mcmc=mcmc, plate_radius=plate_radius, plate_radius_sd=plate_radius_sd, page=page,
+        radius_sd=radius_sd, **fit_verb.model_of(model),
     )  # fmt: skip
     return fit_verb.run(photo, options, Outputs(json, output_dir, force))
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from fitting.parameters import PART_OPTIONS
-from fitting.shell import lamps, quantities
+from fitting.shell import assignments, lamps, quantities
 
 
 def option(parse: Callable[[str], Any], metavar: str, what: str, default: str = "") -> Any:
@@ -50,13 +50,14 @@ def parameter_of(name: str, annotation: Any) -> inspect.Parameter:
     return inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD, default=None, annotation=annotation)
 
 
-def with_part_options(verb: Callable[..., int]) -> Callable[..., int]:
-    """The verb with `--NAME/--no-NAME` for every part of the rings' model."""
+def with_model_options(verb: Callable[..., int]) -> Callable[..., int]:
+    """The verb with `--NAME/--no-NAME` for every part of the rings' model, and what is known of the parts' numbers."""
     options = []
     for name, what in PART_OPTIONS.items():
         flag = name.replace("_", "-")
         switch = typer.Option(f"--{flag}/--no-{flag}", help=what, show_default="if the image has it")
         options.append(parameter_of(name, Annotated[bool | None, switch]))
+    options += [parameter_of(name, annotation) for name, annotation in MODEL_OPTIONS.items()]
     return expanded(verb, "plate_radius", options)
 
 
@@ -177,3 +178,25 @@ Epsilon = Annotated[
         "a pixel's diagonal",
     ),
 ]
+MODEL_OPTIONS = {
+    "prior": Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE:SD",
+            help="What is known of a number of a part, such as distortion=0:0.02; may be repeated.",
+            show_default="those that the report prints",
+        ),
+    ],
+    "axis": Annotated[
+        Any,
+        option(
+            assignments.place, "X,Y", "Pixel that the camera's axis goes through, of a cut photograph.", "the middle"
+        ),
+    ],
+    "axis_sd": Annotated[
+        float | None,
+        typer.Option(
+            metavar="PIXELS", help="Standard deviation of that, each way.", show_default="1.5 % of half a diagonal"
+        ),
+    ],
+}
