@@ -11,6 +11,7 @@ import typer
 
 from fitting.parameters import output
 from fitting.shell import stopping
+from fitting.shell.app_command import app as page
 from fitting.shell.batch_command import batch
 from fitting.shell.bench_options import with_bench_options
 from fitting.shell.form_command import form
@@ -155,6 +156,7 @@ def render(
     return render_verb.run(what)
 
 
+app.command("app")(page)
 for measuring in (fit, batch, form, scale, rings, wedge, compare):
     app.command()(measuring)
 for study in (tradeoff, sensitivity, design):

@@ -71,7 +71,9 @@ def run(photo: Path, options: FitOptions, outputs: Outputs) -> int:
     outputs = outputs._replace(force=True)  # of what is there now the files of this run are replaced
     # The draws are in the chain's own file.
     posterior = {key: value for key, value in chain.to_dict().items() if key not in ("draws", "log_prob")}
-    extras = Extras({"posterior": posterior}, "\n" + chain.report(), partial(_files, result, photo, chain))
+    extras = Extras(
+        {"posterior": posterior}, "\n" + chain.report(), partial(_files, result, photo, chain)
+    )
     return outputs.write(result, extras, picture)
 
 
@@ -97,10 +99,14 @@ def _chain(result, outputs: Outputs):
 
 
 def _files(result, photo: Path, chain, picture: bytes) -> dict[str, bytes | str]:
-    """What the folder gets beside picture, report and JSON, by name."""
+    command = " ".join(["newtonjax", *map(shlex.quote, sys.argv[1:])])
+    return files_of(result, photo, command, picture, chain)
+
+
+def files_of(result, photo: Path, command: str, picture: bytes, chain=None) -> dict[str, bytes | str]:
+    """What a folder gets beside picture, report and JSON, by name; `command` is what the page says was run."""
     from fitting.parameters import page
 
-    command = " ".join(["newtonjax", *map(shlex.quote, sys.argv[1:])])
     pictures, added = {"Photograph and fit": picture}, {}
     if chain is not None:
         added = {"corner.png": as_png(chain.figure()), "trace.png": as_png(chain.trace_figure())}

@@ -1,7 +1,7 @@
 """A manifest: a CSV file that lists photographs, with settings of their own where they differ."""
 
 import csv
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -88,6 +88,14 @@ def _row(folder: Path, cells: dict[str | Any, Any], options: FitOptions) -> tupl
     photo = texts.pop(_PHOTO)
     if not photo or None in cells:
         raise ValueError("a line has a photo and a cell for each column at most; this one has not")
+    return (folder / photo).absolute(), options_with(texts, options, folder)
+
+
+def options_with(texts: Mapping[str, str], options: FitOptions, folder: Path = Path()) -> FitOptions:
+    """`options` with texts by the names of the shell's options in place of theirs; empty texts change nothing.
+
+    The paths of files are relative to `folder`. Raises ValueError with the name for a text that cannot be read.
+    """
     values, parts = {}, dict(options.parts)
     for name, text in texts.items():
         if text and name in PART_OPTIONS:
@@ -99,7 +107,7 @@ def _row(folder: Path, cells: dict[str | Any, Any], options: FitOptions) -> tupl
     for name, twin in (("pixel_size", "scale_from"), ("scale_from", "pixel_size")):
         if name in values and twin not in values:
             values[twin] = None
-    return (folder / photo).absolute(), options._replace(parts=parts, **values)
+    return options._replace(parts=parts, **values)
 
 
 def _read(name: str, reader: Callable[[str], Any], text: str) -> Any:

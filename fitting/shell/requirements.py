@@ -7,6 +7,7 @@ from typing import NamedTuple
 _LINE = re.compile(r"([\w.-]+)[^;>=<!~]*(?:>=\s*([\d.]+))?[^;]*(?:;.*extra\s*==\s*['\"]([\w-]+)['\"])?")
 # What each extra that users may miss gives; the others are for developers.
 EXTRAS = {
+    "app": "newtonjax app: the page for a browser",
     "cluster": "newtonjax batch --scheduler: photographs on a Dask cluster",
     "raw": "raw files of cameras",
     "nuts": 'fitting.sample(sampler="nuts"): chains by NUTS',

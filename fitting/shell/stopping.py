@@ -60,6 +60,22 @@ def watched() -> Generator[None, None, None]:
         listener.join()  # it reads the end; where a signal came before that, the process ends here
 
 
+@contextmanager
+def left_to_a_server() -> Generator[None, None, None]:
+    """In this block of `watched` the handlers that a server sets end it; what closes its terminal is a SIGTERM."""
+    wakeup = signal.set_wakeup_fd(-1)
+    hangup = int(getattr(signal, "SIGHUP", 0))
+    is_heeded = bool(hangup) and signal.getsignal(hangup) is _do_nothing
+    if is_heeded:
+        signal.signal(hangup, lambda *_: signal.raise_signal(signal.SIGTERM))
+    try:
+        yield
+    finally:
+        if is_heeded:
+            signal.signal(hangup, _do_nothing)
+        signal.set_wakeup_fd(wakeup)
+
+
 def keep(path: Path, words: str, lock: threading.Lock) -> None:
     """Say of a file, where a signal ends the process, that it stays; no step that holds the lock is broken off."""
     _kept[path] = words

@@ -1,0 +1,153 @@
+"""The fifth step: the answer, what its uncertainty is made of, and files to keep."""
+
+import html
+from typing import Any
+
+from nicegui import ui  # pyright: ignore[reportMissingImports]  # an extra
+
+from fitting.parameters import TABLE, with_sd
+from fitting.shell.page import parts
+from fitting.shell.page.scale_step import ScaleStep
+from fitting.shell.page.sessions import Session
+
+# Files to keep, in their order, with what they are.
+_FILES = {
+    "report.html": "Report (HTML)",
+    "result.json": "All numbers (JSON)",
+    "dark_rings.csv": "Dark rings (CSV)",
+    "bright_rings.csv": "Bright rings (CSV)",
+    "result.png": "Picture (PNG)",
+    "report.txt": "Report (text)",
+    "mask.png": "Mask (PNG)",
+    "scale.json": "Scale (JSON)",
+    "repeat.sh": "Shell command",
+    "repeat.py": "Python lines",
+}
+
+
+class ResultStep:
+    """What is shown of the last fit."""
+
+    def __init__(self, session: Session, scale: ScaleStep):
+        self._session, self._scale = session, scale
+
+    def build(self) -> None:
+        """Show that there is nothing yet."""
+        with parts.section("5. Result"):
+            self._area = ui.element("div").props("aria-live=polite")
+            self._links = ui.element("div")
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget the last answer."""
+        self._area.clear()
+        self._links.clear()
+        with self._area:
+            ui.label("No result yet.")
+
+    def show(self) -> None:
+        """Show the answer; its files follow."""
+        answer = self._session.answer
+        self._area.clear()
+        with self._area:
+            ui.label(str(answer["headline"])).classes("nj-headline")
+            for text in _sentences(answer):
+                ui.label(text)
+            for text in answer["warnings"]:
+                ui.label(f"Note: {text}").classes("nj-warning")
+            ui.html(self._pictures() + _budget(answer) + _parameters(answer) + _model(answer), sanitize=False)
+            if answer["status"] == "ok" and answer["measured"] == "pixel_size":
+                ui.button("Use this pixel size for the next photograph", on_click=self._keep_scale).props("no-caps")
+            parts.heading("To repeat it", 3)
+            for name in ("repeat.sh", "repeat.py"):
+                text = self._session.files[name].decode()
+                ui.html(
+                    f'<pre tabindex="0" role="region" aria-label="{_FILES[name]}">{html.escape(text)}</pre>',
+                    sanitize=False,
+                )
+
+    def show_files(self) -> None:
+        """Offer the files of the answer."""
+        address = f"/files/{self._session.token}"
+        links = "".join(
+            f'<li><a href="{address}/{name}" download>{title}</a></li>'
+            for name, title in _FILES.items()
+            if name in self._session.files
+        )
+        with self._links:
+            parts.heading("To keep", 3)
+            ui.html(f'<ul class="nj-links">{links}</ul>', sanitize=False)
+
+    def _keep_scale(self) -> None:
+        self._scale.earlier = {key: value for key, value in self._session.answer.items() if key not in _ADDED}
+        ui.notify("Step 2 now offers this pixel size for the next photograph.")
+
+    def _pictures(self) -> str:
+        if "rings.jpg" not in self._session.files:
+            return ""
+        address = f"/files/{self._session.token}"
+        stamp = f"?of={id(self._session.answer)}"
+        rings = parts.figure(
+            f"{address}/rings.jpg{stamp}", "the photograph with the fitted dark rings", "The fitted dark rings in red."
+        )
+        residual = parts.figure(
+            f"{address}/residual.jpg{stamp}",
+            "photograph less model",
+            "Photograph less model; rings are not explained.",
+        )
+        return f'<div class="nj-row">{rings}{residual}</div>'
+
+
+# What the page adds to the result's own numbers.
+_ADDED = ("headline", "dominant")
+
+
+def _sentences(answer: dict[str, Any]) -> list[str]:
+    """The interval, and what would make it narrower."""
+    sentences = []
+    if answer["status"] == "ok" and answer["radius_interval_m"]:
+        low, high = answer["radius_interval_m"]
+        sentences.append(f"With a probability of 95 % between {low:.6g} m and {high:.6g} m.")
+    if answer["dominant"]:
+        sentences.append(f"What it depends on most: {answer['dominant']}.")
+    return sentences
+
+
+def _budget(answer: dict[str, Any]) -> str:
+    """The rows of the budget as bars, the longest first."""
+    rows = [(row["source"], next(value for key, value in row.items() if key != "source")) for row in answer["budget"]]
+    total = sum(sd**2 for _, sd in rows)
+    if not total:
+        return ""
+    unit = TABLE[answer["measured"]].unit
+    lines = "".join(
+        f'<tr><th scope="row">{html.escape(source)}</th><td>{sd:.2g} {unit}</td><td>{sd**2 / total:.0%}</td>'
+        f'<td><div class="nj-bar" style="width:{8 * sd / max(sd for _, sd in rows):.2f}rem"></div></td></tr>'
+        for source, sd in sorted(rows, key=lambda row: -row[1])
+    )
+    title = f"What the uncertainty of the {answer['measured'].replace('_', ' ')} is made of"
+    head = "<tr><th scope=col>source</th><th scope=col>standard deviation</th><th scope=col>share</th><td></td></tr>"
+    return (
+        f'<div class="nj-scroll" tabindex="0" role="region" aria-label="{title}">'
+        f"<table><caption>{title}</caption>{head}{lines}</table></div>"
+    )
+
+
+def _parameters(answer: dict[str, Any]) -> str:
+    rows = [
+        (name.replace("_", " "), _number(name, parameter), "given" if parameter["fixed"] else "measured")
+        for name, parameter in answer["parameters"].items()
+    ]
+    return parts.table("Numbers", ("name", "value", ""), rows) if rows else ""
+
+
+def _number(name: str, parameter: dict[str, Any]) -> str:
+    unit = TABLE[name].unit if name in TABLE else ""
+    if not parameter["sd"]:
+        return f"{parameter['value']:.8g} {unit}".strip()
+    return with_sd(parameter["value"], parameter["sd"], unit).strip()
+
+
+def _model(answer: dict[str, Any]) -> str:
+    rows = [(part, why) for part, why in answer["model"].items()]
+    return parts.table("Parts of the model, and the evidence", ("part", "why"), rows) if rows else ""

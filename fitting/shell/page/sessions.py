@@ -1,0 +1,138 @@
+"""What the page remembers of each open tab of a browser, in memory and until that tab is closed."""
+
+import asyncio
+import re
+import secrets
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import PurePosixPath, PureWindowsPath
+from typing import Any
+
+from fitting.shell.page.photograph_tasks import ANSWER, sample
+from fitting.shell.page.settings import Settings
+from fitting.shell.page.worker import Worker, WorkError
+
+# Letters that a name keeps, and how many of them.
+_LETTERS, _LONGEST = re.compile(r"[^\w.()+ -]+"), 80
+# Endings that the answer's files have, and the page's pictures.
+MEDIA = {
+    ".html": "text/html; charset=utf-8",
+    ".json": "application/json",
+    ".csv": "text/csv; charset=utf-8",
+    ".png": "image/png",
+    ".jpg": "image/jpeg",
+    ".txt": "text/plain; charset=utf-8",
+    ".py": "text/plain; charset=utf-8",
+    ".sh": "text/plain; charset=utf-8",
+}
+
+
+@dataclass
+class Session:
+    """One tab: its photograph, what is known of it, and the files of its last answer.
+
+    `token` stands in the addresses of all that; nobody else can guess it.
+    """
+
+    photographs: Worker
+    token: str = field(default_factory=lambda: secrets.token_urlsafe(32))
+    name: str = ""
+    data: bytes = b""
+    about: dict[str, Any] = field(default_factory=dict)
+    region: Mapping[str, float] | None = None
+    answer: dict[str, Any] = field(default_factory=dict)
+    files: dict[str, bytes] = field(default_factory=dict)
+    running: asyncio.Task | None = None
+
+    async def take(self, name: str, data: bytes) -> dict[str, Any]:
+        """Look at a photograph, and measure this one from now on. Raises WorkError for what is none."""
+        name = clean_name(name)
+        if not data:
+            raise WorkError(f"{name} is empty; choose a photograph")
+        about = await self.photographs.call("look", data, name)
+        self.name, self.data, self.region = name, data, None
+        self.answer, self.files = {}, {}
+        self._show(about)
+        return self.about
+
+    async def take_sample(self) -> Settings:
+        """The same with the sample photograph; what is known of it."""
+        data, name, settings = sample()
+        await self.take(name, data)
+        return settings
+
+    async def narrow(self, region: Mapping[str, float] | None) -> None:
+        """Use only a region of the photograph, or all that is usable. Raises WorkError for an empty one."""
+        self._show(await self.photographs.call("look", self.data, self.name, region))
+        self.region = region
+
+    async def measure(self, settings: Settings, listener: Callable[[str, Any], None]) -> None:
+        """Fit the photograph; answer and files are then here. Raises WorkError, and CancelledError after `cancel`."""
+        settings = settings._replace(has_mask=self.region is not None)
+        settings.arguments()  # what cannot be read is said at once
+
+        def tell(kind: str, content: Any) -> None:
+            if kind == ANSWER:
+                self.files = content.pop("pictures") | {
+                    "repeat.sh": "\n".join([*settings.shell_lines(self.name), ""]).encode(),
+                    "repeat.py": "\n".join([*settings.python_lines(self.name), ""]).encode(),
+                }
+                self.answer = content
+            listener(kind, content)
+
+        work = self.photographs.call("measure", self.data, self.name, settings, self.region, listener=tell)
+        self.running = asyncio.get_running_loop().create_task(work)
+        try:
+            drawn_files = await self.running
+            self.files |= drawn_files
+        finally:
+            self.running = None
+
+    def cancel(self) -> None:
+        """Give up the measurement that runs; one that waits for its turn leaves the queue."""
+        if self.running is not None:
+            self.running.cancel()
+
+    def file(self, name: str) -> bytes | None:
+        """A file of the answer or a picture of the photograph."""
+        return self.files.get(name) or self.about.get("pictures", {}).get(name)
+
+    def _show(self, about: dict[str, Any]) -> None:
+        self.about = about
+
+
+class Sessions:
+    """All open tabs, by their tokens."""
+
+    def __init__(self, photographs: Worker):
+        self._photographs = photographs
+        self._by_token: dict[str, Session] = {}
+
+    def open(self) -> Session:
+        """A new one, which knows nothing of the others."""
+        session = Session(self._photographs)
+        self._by_token[session.token] = session
+        return session
+
+    def get(self, token: str) -> Session | None:
+        """The one with this token."""
+        return self._by_token.get(token)
+
+    def close(self, token: str) -> None:
+        """Forget one and all that it holds."""
+        session = self._by_token.pop(token, None)
+        if session is not None:
+            session.cancel()
+
+    def __len__(self) -> int:
+        return len(self._by_token)
+
+
+def clean_name(name: str) -> str:
+    """The name of a file without folders and odd letters, short enough for every file system."""
+    name = PurePosixPath(PureWindowsPath(name).as_posix()).name
+    name = _LETTERS.sub("_", name).strip(" .")
+    stem, dot, suffix = name.rpartition(".")
+    if not dot:
+        return name[:_LONGEST] or "photograph"
+    return f"{stem[:_LONGEST]}.{suffix[:10]}"

@@ -1,0 +1,58 @@
+"""The virtual bench behind the page: pictures of its sliders, and the numbers beside them."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from fitting.shell.page import bench_tasks
+
+
+def draw(**values) -> np.ndarray:
+    picture = bench_tasks.draw(Path(), print, values)
+    return np.asarray(Image.open(io.BytesIO(picture)))
+
+
+def test_the_first_picture_is_dark_in_the_middle_and_grey():
+    image = draw()
+    assert image.shape == (512, 512)
+    assert image[256, 256] < 10
+    assert image.max() > 240
+
+
+def test_transmitted_rings_are_bright_in_the_middle():
+    assert draw(view="transmitted")[256, 256] > 240
+
+
+def test_light_of_several_lines_is_in_colour():
+    image = draw(light="mercury")
+    assert image.shape == (512, 512, 3)
+    assert np.ptp(image.astype(int), axis=2).max() > 50
+
+
+@pytest.mark.parametrize("view", ["reflected", "transmitted"])
+def test_radii_of_dark_rings_are_those_of_the_exact_sphere(view):
+    rings = bench_tasks.describe(Path(), print, {"radius": 2.0, "pixel_size": 20.0, "view": view})["rings"]
+    height = [(ring["order"] + 0.5 * (view == "transmitted")) * 589.3e-9 / 2 for ring in rings]
+    exact = [np.sqrt(2 * 2.0 * h - h * h) for h in height]
+    assert len(rings) == 12
+    # Between pixels of 20 µm the square is interpolated by straight lines; the first dark spot is half a pixel wide.
+    assert [ring["radius_m"] for ring in rings[1:]] == pytest.approx(exact[1:], rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"radius": 1e9}, "allowed: 0.2 to 5 m"),
+        ({"radius": "1"}, "allowed: 0.2 to 5 m"),
+        ({"radius": float("nan")}, "allowed: 0.2 to 5 m"),
+        ({"screen": 1.0}, "no slider"),
+        ({"view": "sideways"}, "allowed views"),
+        ({"light": "/etc/lamp.csv"}, "lights: sodium"),
+    ],
+)
+def test_what_no_slider_gives_is_refused(values, words):
+    with pytest.raises(ValueError, match=words):
+        draw(**values)
