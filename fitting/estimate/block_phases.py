@@ -89,6 +89,7 @@ class GapFringes(AbstractFringes):
     model: GapModel
     exact: GapModel | None = field(init=False, compare=False, repr=False)
     latest: list[tuple[np.ndarray, Fields]] = field(default_factory=list, compare=False, repr=False)
+    rough: list[tuple[np.ndarray, PhaseAt]] = field(default_factory=list, compare=False, repr=False)
 
     def __post_init__(self):
         object.__setattr__(self, "exact", self.model)
@@ -108,30 +109,54 @@ class GapFringes(AbstractFringes):
         by_name = Numbers(*numbers)
         if not (rough := [name for name in EDGES if getattr(by_name, name) > 0]):
             return None
-        # Only what these numbers do has an edge, in r²: the nodes resolve that, and what else the phase is made of.
-        frame = self.model.frame
-        touching = by_name._replace(**dict.fromkeys(rough, 0.0))
-        smooth = gap_phase.phase(self.model, frame.x, frame.y, np.array(touching)) + self._shift * by_name.curvature
-        table = table_of(smooth)
-        square = table_of(gap_phase.squared_distance(self.model, frame.x, frame.y, numbers))
-
-        def turns(grid: Grid, rows: slice) -> np.ndarray:
-            along_y, along_x = grid.along_y[rows, :NODES], grid.along_x[:, :NODES].T
-            r2 = along_y @ square @ along_x
-            share = gap_phase.flattened(self.model, r2, by_name) - gap_phase.flattened(self.model, r2, touching)
-            return along_y @ table @ along_x + share
-
-        return turns
+        # Moments, residuals and what judges them look at one phase, one after the other.
+        if not self.rough or not np.array_equal(self.rough[0][0], numbers):
+            self.rough[:] = [(np.array(numbers), _EdgePhase(self, by_name, rough))]
+        return self.rough[0][1]
 
     def slopes_at(self, x: np.ndarray, y: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        of_blocks = self._shift
+        of_blocks = self.shift
         phase, slopes = gap_phase.phase_and_slopes(self.model, x, y, numbers)
         slopes["curvature"] = slopes["curvature"] + of_blocks
         return phase + of_blocks * numbers[_CURVATURE], slopes
 
     @property
-    def _shift(self) -> float:
+    def shift(self) -> float:
+        """What means over blocks add to the phase, by curvature."""
         return (self.model.frame.block**2 - 1) / (6 * self.model.frame.unit**2)
+
+
+class _EdgePhase:
+    """The phase of rows of blocks, for numbers of which some make an edge; each row is made once.
+
+    Only what these numbers do has an edge, in r²: the nodes resolve that, and what else the phase is made of.
+    """
+
+    def __init__(self, fringes: GapFringes, by_name: Numbers, rough: list[str]):
+        self.model, self.by_name = fringes.model, by_name
+        self.touching = by_name._replace(**dict.fromkeys(rough, 0.0))
+        self.of_grid: tuple[Grid, dict[tuple[int, int], np.ndarray]] | None = None
+        x, y, smooth = self.model.frame.x, self.model.frame.y, np.array(self.touching)
+        phase = gap_phase.phase(self.model, x, y, smooth) + fringes.shift * by_name.curvature
+        self.smooth = table_of(phase)
+        self.square = table_of(gap_phase.squared_distance(self.model, x, y, np.array(by_name)))
+
+    def __call__(self, grid: Grid, rows: slice) -> np.ndarray:
+        if self.of_grid is None or self.of_grid[0] is not grid:
+            self.of_grid = grid, {}
+        finished, size = self.of_grid[1], len(grid.y)
+        place = rows.indices(size)[:2]
+        if (0, size) in finished:
+            return finished[0, size][rows]
+        if place not in finished:
+            finished[place] = self._turns(grid, rows)
+        return finished[place]
+
+    def _turns(self, grid: Grid, rows: slice) -> np.ndarray:
+        along_y, along_x = grid.along_y[rows, :NODES], grid.along_x[:, :NODES].T
+        r2 = along_y @ self.square @ along_x
+        of_edge = gap_phase.flattened(self.model, r2, self.by_name)
+        return along_y @ self.smooth @ along_x + (of_edge - gap_phase.flattened(self.model, r2, self.touching))
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ A contact's disc ends in an edge of the phase's derivatives that nodes do not re
 with every block's own derivatives, its weights those of its own residual.
 """
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -18,8 +19,6 @@ from fitting.parameters import NUMBERS
 from fitting.photo import NODES, Reduced
 
 _CHUNK = 64
-# From an optimum on moments the first step leaves a hundredth of what it moved.
-_STEPS = 2
 
 
 class Refined(NamedTuple):
@@ -32,72 +31,129 @@ class Refined(NamedTuple):
 
 
 def refine(
-    problem: Problem, reduced: Reduced, numbers: np.ndarray, background: np.ndarray, contrast: np.ndarray, scale: float
+    problem: Problem,
+    reduced: Reduced,
+    numbers: np.ndarray,
+    background: np.ndarray,
+    contrast: np.ndarray,
+    scale: float,
+    near: NormalMatrix | None = None,
 ) -> Refined:
     """The optimum over all blocks next to one on moments; `scale`: of Tukey's weights, 0 for those of the blocks alone.
 
-    `background`, `contrast`: coefficients of full degree.
+    `background`, `contrast`: coefficients of full degree; `near`: the normal matrix of the optimum on moments, with
+    which a first step needs a gradient only. That leaves a hundredth of what it moved.
     """
+    blocks = _Blocks(problem, reduced, scale)
     values = np.concatenate([numbers, background, contrast])
-    count, low = len(NUMBERS), len(background)
-    moving = problem.moving
-    active = active_mask(moving, problem.degrees)
-    centre, cost = np.zeros((2, len(values)))
-    centre[:count], cost[:count] = problem.pull
-    matrix, gradient = np.zeros((len(values),) * 2), np.zeros(len(values))
-    for _ in range(_STEPS):
-        matrix, gradient = _normal_equations(problem, reduced, values, active, scale)
-        # What priors pull.
-        pull = gradient - cost * (values - centre)
-        values[active] += _solved((matrix + np.diag(cost))[np.ix_(active, active)], pull[active])
-    numbers, background, contrast = np.split(values, [count, count + low])
-    return Refined(numbers, background, contrast, NormalMatrix(matrix, gradient, values, active, cost))
+    first, low = len(NUMBERS), len(background)
+    cost, centre = np.zeros((2, len(values)))
+    centre[:first], cost[:first] = problem.pull
+    matrix = blocks.normal_equations(values)[0] if near is None else near.matrix
+    gradient = blocks.gradient(values)
+    values = values + blocks.step(matrix + np.diag(cost), gradient - cost * (values - centre))
+    matrix, gradient = blocks.normal_equations(values)
+    values = values + blocks.step(matrix + np.diag(cost), gradient - cost * (values - centre))
+    numbers, background, contrast = np.split(values, [first, first + low])
+    return Refined(numbers, background, contrast, NormalMatrix(matrix, gradient, values, blocks.active, cost))
 
 
-def _solved(matrix: np.ndarray, gradient: np.ndarray) -> np.ndarray:
-    size = np.sqrt(np.maximum(np.diag(matrix), 0.0))
-    size = np.where(size > 0, size, 1.0)
-    return np.linalg.lstsq(matrix / np.outer(size, size), gradient / size, rcond=1e-12)[0] / size
+class _Chunk(NamedTuple):
+    """Rows of blocks at one set of values, float32 [rows, columns]; phase's derivatives by number.
+
+    `turned`: the light's change by turns; `cosine`: its change by contrast; `along_y`: polynomials of the rows.
+    """
+
+    turned: np.ndarray
+    cosine: np.ndarray
+    residual: np.ndarray
+    weights: np.ndarray
+    slopes: dict[str, np.ndarray]
+    along_y: np.ndarray
+    rows: slice
 
 
-def _normal_equations(problem: Problem, reduced: Reduced, values: np.ndarray, active: np.ndarray, scale: float):
-    """Jᵀ W J and Jᵀ W r of all numbers and of what is free of the illumination."""
-    fringes, grid, count = problem.phase, reduced.grid, len(NUMBERS)
-    low = degrees(BACKGROUND)
-    used = np.flatnonzero(np.concatenate([np.ones(count, bool), active[count:]]))
-    smooth, swing = values[count : count + len(low)], values[count + len(low) :]
-    lows, highs = (
-        coefficients_of(degree, most) for degree, most in zip(problem.degrees, (BACKGROUND, CONTRAST), strict=True)
-    )
-    faded = fringes.fields(values[:count]).contrast
-    fading = None if faded is None else table_of(faded)
-    matrix, gradient, along_x = np.zeros((len(values),) * 2), np.zeros(len(values)), grid.along_x.astype(np.float32)
-    for first in range(0, len(reduced.light), _CHUNK):
-        rows = slice(first, first + _CHUNK)
-        inside = reduced.used[rows]
-        if not inside.any():
-            continue
-        turns, slopes = fringes.slopes_at(grid.x[None], grid.y[rows, None], values[:count])
-        along_y = grid.along_y[rows].astype(np.float32)
-        angle = (2 * np.pi * (turns - np.floor(turns)))[inside].astype(np.float32)
-        cosine, sine = np.cos(angle), np.sin(angle)
-        polynomials = [(along_y[:, j, None] * along_x[:, i])[inside] for j, i in low[: max(lows, highs)]]
-        shade = (
-            np.float32(1)
-            if fading is None
-            else (along_y[:, :NODES] @ fading.astype(np.float32) @ along_x[:, :NODES].T)[inside]
+class _Blocks:
+    """The blocks of a photograph, with what is free of numbers, background and contrast."""
+
+    def __init__(self, problem: Problem, reduced: Reduced, scale: float):
+        self.phase, self.reduced, self.scale = problem.phase, reduced, scale
+        self.active = active_mask(problem.moving, problem.degrees)
+        self.degrees = problem.degrees
+        self.along_x = reduced.grid.along_x.astype(np.float32)
+
+    def step(self, matrix: np.ndarray, gradient: np.ndarray) -> np.ndarray:
+        """The step of what is free; zero of all else."""
+        step, active = np.zeros(len(gradient)), self.active
+        block = matrix[np.ix_(active, active)]
+        size = np.sqrt(np.maximum(np.diag(block), 0.0))
+        size = np.where(size > 0, size, 1.0)
+        step[active] = np.linalg.lstsq(block / np.outer(size, size), gradient[active] / size, rcond=1e-12)[0] / size
+        return step
+
+    def gradient(self, values: np.ndarray) -> np.ndarray:
+        """Jᵀ W r of all numbers and of background and contrast of full degree."""
+        total, tables = np.zeros(len(NUMBERS)), np.zeros((2, BACKGROUND + 1, BACKGROUND + 1))
+        along_x = self.along_x[:, : BACKGROUND + 1]
+        for chunk in self._chunks(values):
+            weighted = chunk.weights * chunk.residual
+            along_y = chunk.along_y[:, : BACKGROUND + 1].T
+            tables += along_y @ np.stack([weighted, weighted * chunk.cosine]) @ along_x
+            weighted *= chunk.turned
+            total += [float((weighted * chunk.slopes[name]).sum(dtype=float)) for name in NUMBERS]
+        smooth, swing = (
+            table[tuple(degrees(most).T)] for table, most in zip(tables, (BACKGROUND, CONTRAST), strict=True)
         )
-        modulus = sum(np.float32(a) * p for a, p in zip(swing[:highs], polynomials, strict=False)) * shade
-        turned = np.float32(-2 * np.pi) * modulus * sine
-        columns = [turned * np.broadcast_to(slopes[name], turns.shape)[inside].astype(np.float32) for name in NUMBERS]
-        columns += polynomials[:lows] + [p * cosine * shade for p in polynomials[:highs]]
-        fit = sum(np.float32(a) * p for a, p in zip(smooth[:lows], polynomials, strict=False)) + modulus * cosine
-        residual, weights = reduced.light[rows][inside] - fit, reduced.weights[rows][inside]
-        if scale:
-            weights = weights * np.maximum(1 - (residual / np.float32(TUKEY * scale)) ** 2, 0) ** 2
-        # A product with its own transpose takes half of another's operations.
-        root = np.sqrt(weights)
-        table = np.stack(columns) * root
-        matrix[np.ix_(used, used)] += table @ table.T
-        gradient[used] += table @ (root * residual)
-    return matrix, gradient
+        return np.concatenate([total, smooth, swing])
+
+    def normal_equations(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Jᵀ W J and Jᵀ W r of all numbers and of what is free of the illumination."""
+        low, free = degrees(BACKGROUND), self.active.copy()
+        free[: len(NUMBERS)] = True
+        lows, highs = (
+            coefficients_of(degree, most) for degree, most in zip(self.degrees, (BACKGROUND, CONTRAST), strict=True)
+        )
+        matrix, gradient = np.zeros((len(values),) * 2), np.zeros(len(values))
+        for chunk in self._chunks(values):
+            inside = self.reduced.used[chunk.rows]
+            cosine = chunk.cosine[inside]
+            polynomials = [(chunk.along_y[:, j, None] * self.along_x[:, i])[inside] for j, i in low[: max(lows, highs)]]
+            columns = [
+                (chunk.turned * np.broadcast_to(chunk.slopes[name], inside.shape))[inside].astype(np.float32)
+                for name in NUMBERS
+            ]
+            columns += polynomials[:lows] + [polynomial * cosine for polynomial in polynomials[:highs]]
+            # A product with its own transpose takes half of another's operations.
+            root = np.sqrt(chunk.weights[inside])
+            table = np.stack(columns) * root
+            matrix[np.ix_(free, free)] += table @ table.T
+            gradient[free] += table @ (root * chunk.residual[inside])
+        return matrix, gradient
+
+    def _chunks(self, values: np.ndarray) -> Iterator[_Chunk]:
+        """The blocks, some rows at a time, at given numbers, background and contrast."""
+        grid, reduced = self.reduced.grid, self.reduced
+        numbers, background, contrast = np.split(values, [len(NUMBERS), len(NUMBERS) + len(degrees(BACKGROUND))])
+        faded = self.phase.fields(numbers).contrast
+        fading = None if faded is None else table_of(faded).astype(np.float32)
+        smooth, swing = np.zeros((2, BACKGROUND + 1, BACKGROUND + 1), np.float32)
+        smooth[tuple(degrees(BACKGROUND).T)] = background
+        swing[tuple(degrees(CONTRAST).T)] = contrast
+        wide, narrow = (np.ascontiguousarray(self.along_x[:, :count].T) for count in (NODES, BACKGROUND + 1))
+        for first in range(0, len(reduced.light), _CHUNK):
+            rows = slice(first, first + _CHUNK)
+            if not reduced.used[rows].any():
+                continue
+            turns, slopes = self.phase.slopes_at(grid.x[None], grid.y[rows, None], numbers)
+            along_y = grid.along_y[rows].astype(np.float32)
+            low_y = along_y[:, : BACKGROUND + 1]
+            angle = (2 * np.pi * (turns - np.floor(turns))).astype(np.float32)
+            shade = np.float32(1) if fading is None else along_y[:, :NODES] @ fading @ wide
+            cosine, modulus = np.cos(angle) * shade, low_y @ swing @ narrow
+            residual = reduced.light[rows] - low_y @ smooth @ narrow - modulus * cosine
+            weights = reduced.weights[rows]
+            if self.scale:
+                share = residual / np.float32(TUKEY * self.scale)
+                weights = weights * np.maximum(1 - share * share, 0) ** 2
+            turned = np.float32(-2 * np.pi) * modulus * shade * np.sin(angle)
+            yield _Chunk(turned, cosine, residual, weights, slopes, along_y, rows)

@@ -173,7 +173,7 @@ def normal_equations(sums: Sums) -> Normal:
 def eliminate(normal: Normal, degree: int) -> Eliminated:
     """Take a background of a degree out of the normal equations."""
     low = coefficients_of(degree, BACKGROUND)
-    inverse = pseudo_inverse(normal.smooth[:low, :low], _RANK)
+    inverse = _inverse(normal.smooth[:low, :low])
     crossed, target = normal.crossed[:low], normal.of_smooth[:low]
     share = inverse @ crossed
     return Eliminated(

@@ -153,7 +153,7 @@ class _Pass:
         rows = slice(first, min(first + _CHUNK, len(self.reduced.light)))
         light, weights = self.reduced.light[rows], self.reduced.weights[rows]
         turns = self.turns(rows)
-        turns -= np.floor(turns)
+        turns = turns - np.floor(turns)
         angle = (2 * np.pi * turns).astype(light.dtype)
         cosine, sine = np.cos(angle), np.sin(angle)
         left = 0.0

@@ -209,7 +209,8 @@ def sharpened(found: Fitted) -> Fitted:
         return found
     contrast = np.zeros(contrast_at_nodes().shape[1])
     contrast[: len(solution.point.contrast)] = solution.point.contrast
-    last = edges.refine(problem, reduced, found.numbers, solution.point.background, contrast, found.scale or 0.0)
+    start = (found.numbers, solution.point.background, contrast)
+    last = edges.refine(problem, reduced, *start, found.scale or 0.0, found.matrix)
     weighted, at = replace(reduced, weights=found.left.weights), problem.phase.edges(last.numbers)
     normal = normal_equations(sums(weighted, problem.phase.fields(last.numbers).phase, at))
     solution = stay(problem, normal, last.numbers, solution.converged)

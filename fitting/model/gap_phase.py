@@ -105,9 +105,10 @@ def _tables(model: GapModel, k: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _polynomial(table, w):
-    value = table[-1]
+    value = np.full_like(w, table[-1], dtype=float)
     for coefficient in table[-2::-1]:
-        value = coefficient + value * w
+        value *= w
+        value += coefficient
     return value
 
 

@@ -10,7 +10,7 @@ correlation is that of the worst direction. The logarithms of all weights are di
 """
 
 from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations
 from typing import NamedTuple
 
@@ -61,6 +61,7 @@ class Averaging:
     """Fits at optima of their own, and what the mean over all their sets of parts is."""
 
     members: tuple[Member, ...]
+    computed: dict[tuple, list["_Set"]] = field(default_factory=dict, init=False, compare=False, repr=False)
 
     def mean(
         self,
@@ -76,7 +77,8 @@ class Averaging:
         numbers stay as they are; `ratio`: of the data's own share of each variance to what `variance` makes it; `held`:
         numbers of the camera's axis that stay as they are.
         """
-        sets = [fit for member in self.members for fit in _sets(member, variance, allows, fixed_parts, ratio, held)]
+        sets = self._all_sets(variance, tuple(fixed_parts), ratio, tuple(held))
+        sets = sets if allows is None else [fit for fit in sets if allows(fit.parts)]
         temper = max(1.0, float(np.sqrt(min(member.fit.correlation for member in self.members))))
         evidence = np.array([fit.evidence for fit in sets])
         share = np.exp((evidence - evidence.max()) / temper)
@@ -91,6 +93,15 @@ class Averaging:
         best = sets[int(share.argmax())]
         place = next(at for at, member in enumerate(self.members) if member is best.member)
         return Average(mean, covariance, weights, (best.parts, place, best.numbers))
+
+    def _all_sets(
+        self, variance: float, fixed_parts: tuple[str, ...], ratio: float, held: tuple[str, ...]
+    ) -> list["_Set"]:
+        # A budget asks for the mean over some of them, row by row.
+        key = variance, fixed_parts, ratio, held
+        if key not in self.computed:
+            self.computed[key] = [fit for member in self.members for fit in _sets(member, *key)]
+        return self.computed[key]
 
 
 def sets_of(parts: Collection[str], forced: Collection[str] = ()) -> list[Parts]:
@@ -111,12 +122,7 @@ class _Set(NamedTuple):
 
 
 def _sets(
-    member: Member,
-    variance: float,
-    allows: Callable[[Parts], bool] | None,
-    fixed_parts: Collection[str],
-    ratio: float,
-    held: Collection[str],
+    member: Member, variance: float, fixed_parts: Collection[str], ratio: float, held: Collection[str]
 ) -> Iterator[_Set]:
     """The sets of a member on the model linearized at its fit; what else is free there, is so in each of them."""
     matrix = member.fit.matrix.holding(numbers_of(fixed_parts))
@@ -132,7 +138,7 @@ def _sets(
     aside = np.isin(names, [name for part in PARTS.values() for name in part.axis])
     values = matrix.values[tested]
     absent = np.where(aside, values, 0.0)
-    for parts in member.sets if allows is None else filter(allows, member.sets):
+    for parts in member.sets:
         free = np.isin(names, numbers_of(parts)) & ~np.isin(names, list(held))
         step, spread, logarithm = _within(
             of_tested / variance, pull / variance, values, free, centre, 1 / sd**2, absent

@@ -9,11 +9,15 @@ from itertools import chain
 
 import numpy as np
 
-from fitting.estimate import Fitted, bends, fringe_correlation, score_drop, tukey
+from fitting.estimate import Fitted, bends, fringe_correlation, normal_matrix, score_drop, tukey
 from fitting.model import PARTS, PRICES, SEARCHED
 from fitting.parameters import Numbers
 from fitting.photo import Photograph, Reduced
-from fitting.photograph.trials import Trial
+from fitting.photograph.trials import Trial, Trials
+
+# Steps of each disc's fit before the best ones go on, and how many these are: false optima are near. One that then has
+# so many times the least chi-squared is on none of the best.
+_FIRST_STEPS, _FURTHER, _FALSE = 3, 4, 2.0
 
 
 def screened(plain: Fitted, wishes: Mapping[str, bool]) -> dict[str, str]:
@@ -25,6 +29,18 @@ def screened(plain: Fitted, wishes: Mapping[str, bool]) -> dict[str, str]:
         if drop * judge.inflation < PRICES[part] * judge.penalty:
             evidence[part] = _words(False, None, drop - PRICES[part] * judge.penalty)
     return evidence
+
+
+def without_promise(part: str, trial: Trial) -> str | None:
+    """Why a search of a part beside a trial with all warps can come to nothing, from its moments; None where it may.
+
+    A score test bounds what the part takes of chi-squared, in a direction alone and without its anchor; a search is
+    accepted only from the price of its numbers and a clear margin on.
+    """
+    judge = _Judge([trial], trial.reduced)
+    drop = max(_drops(trial, part)) / judge.variance
+    price = PRICES[part] * judge.penalty
+    return None if drop > price + PARTS[part].clear else _words(False, None, drop - price)
 
 
 def is_open(part: str, wishes: Mapping[str, bool], plain: Fitted, photograph: Photograph) -> bool:
@@ -41,6 +57,36 @@ def may_be_seen(part: str, plain: Fitted, photograph: Photograph, numbers: np.nd
     column, row = (round(middle + at * frame.unit) for middle, at in zip(frame.middle, offsets, strict=True))
     rows, columns = photograph.lit.shape
     return not PARTS[part].at_centre or (0 <= row < rows and 0 <= column < columns)
+
+
+def search(trials: Trials, part: str, without: Trial) -> list[Trial]:
+    """A fit with a part beside another fit's, at its anchor, or where it is wished with what lifts that.
+
+    An anchor makes a ladder of optima. Without it that ladder is gone, so the search goes there first, from several
+    starts, and takes the nearest rung in the end.
+    """
+    freed = SEARCHED[part].name
+    parts = (*without.parts, part, freed)
+    starts = [np.array(start) for start in PARTS[part].starts(Numbers(*trials.fitted.numbers))]
+    if trials.before is not None and part in trials.before.parts:
+        starts = [trials.before.numbers]
+    first = sorted((trials.fit(parts, at, _FIRST_STEPS) for at in starts), key=lambda fit: fit.solution.chi2)
+    near = [fit for fit in first[:_FURTHER] if fit.solution.chi2 < _FALSE * first[0].solution.chi2]
+    finished: list[Trial] = []
+    for at in near:
+        numbers = Numbers(*at.numbers)
+        if not any(PARTS[part].is_beside(numbers, Numbers(*fit.numbers)) for fit in finished):
+            finished.append(trials.fit(parts, at.numbers))
+    finished = [fit for fit in finished if trials.is_sane(fit)]
+    if not finished:
+        return []
+    loose = min(finished, key=lambda fit: fit.solution.chi2)
+    turn = 0.5 if float(loose.solution.point.modulus.mean()) < 0 else 0.0
+    if trials.wishes.get(freed):
+        return [loose]
+    start = PARTS[part].anchored(Numbers(*loose.numbers), trials.priors.contact_phase, turn)
+    tight = trials.fit((*without.parts, part), np.array(start))
+    return [tight] if trials.is_sane(tight) else []
 
 
 def with_or_without(
@@ -64,14 +110,15 @@ def with_or_without(
     return accepted, rivals, evidence
 
 
-def _drops(plain: Fitted, part: str) -> list[float]:
+def _drops(fit: Fitted | Trial, part: str) -> list[float]:
     """By how much chi-squared would drop with a part, for each of its probes."""
-    solution, columns = plain.solution, []
+    solution, columns = fit.solution, []
     for probe in PARTS[part].probes:
-        numbers = np.array(Numbers(*plain.numbers)._replace(**probe))
+        numbers = np.array(Numbers(*fit.numbers)._replace(**probe))
         columns.append(solution.problem.phase.fields(numbers).phase - solution.fields.phase)
     crossed, among, gradient = bends(solution, np.stack(columns, axis=1))
-    return [score_drop(plain.matrix, crossed[:, [k]], among[[k]][:, [k]], gradient[[k]]) for k in range(len(columns))]
+    matrix = normal_matrix(solution)
+    return [score_drop(matrix, crossed[:, [k]], among[[k]][:, [k]], gradient[[k]]) for k in range(len(columns))]
 
 
 class _Judge:

@@ -25,7 +25,14 @@ from fitting.parameters import slots_of
 from fitting.photo import Photograph, reduce
 from fitting.photograph.averaging import Averaging, Member, Parts, sets_of
 from fitting.photograph.clusters import data_variance, scatter
-from fitting.photograph.contact_search import is_open, may_be_seen, screened, with_or_without
+from fitting.photograph.contact_search import (
+    is_open,
+    may_be_seen,
+    screened,
+    search,
+    with_or_without,
+    without_promise,
+)
 from fitting.photograph.priors import CUT, Priors
 from fitting.photograph.trials import Trial, Trials, without
 from fitting.photograph.variance import variance_of
@@ -109,8 +116,9 @@ def complete(
     warps = tuple(part for part in WARPS if part in plain.model.parts and wishes.get(part, are_many))
     wishes |= {part: False for part in WARPS if part not in warps}
     sets = sets_of(warps, [part for part in warps if wishes.get(part)])
+    searched = [part for part in SEARCHED if is_open(part, wishes, plain, photograph)]
     evidence = screened(plain, wishes) if before is None else _searched_before(before, wishes)
-    searched = [part for part in SEARCHED if part not in evidence and is_open(part, wishes, plain, photograph)]
+    searched = [part for part in searched if part not in evidence]
     step = _step_to_parts(plain, priors, sets)
     reach = float(np.abs(plain.solution.fields.slopes @ step).max()) if plain.converged else np.inf
     if not searched and reach < _NEAR:
@@ -118,11 +126,15 @@ def complete(
         return Complete(fit if fit.converged else plain, sets, priors, evidence, photograph)
     trials = Trials(plain, photograph, wishes, priors, None if before is None else before.fit)
     best = trials.bent() if reach > _LINEAR else trials.first
-    searches = {
-        part: trials.searched(part, best)
-        for part in searched
-        if wishes.get(part) or may_be_seen(part, plain, photograph, best.numbers)
-    }
+    searches = {}
+    for part in searched:
+        if not wishes.get(part):
+            if not may_be_seen(part, plain, photograph, best.numbers):
+                continue
+            if reason := without_promise(part, best):
+                evidence[part] = reason
+                continue
+        searches[part] = search(trials, part, best)
     best, rivals, of_searches = with_or_without(best, searches, wishes, trials.reduced)
     evidence |= of_searches | _unfitted(wishes, best)
     fit = _with_trial(trials, best, evidence)
@@ -243,7 +255,7 @@ def at_the_mean(choice: Choice) -> Choice:
 def _with_trial(trials: Trials, best: Trial, evidence: dict[str, str]) -> Fitted:
     """The robust fit with a trial's parts; where it does not converge, without the last of the warps."""
     plain, parts, numbers = trials.fitted, best.parts, best.numbers
-    variance = variance_of(plain)[0] * trials.gain(best)
+    variance = variance_of(plain)[0] * trials.variance_of(best) / trials.variance
     while True:
         fit = _with_parts(plain, parts, numbers, trials.priors, variance)
         if not parts:

@@ -5,9 +5,9 @@ no last digit.
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations
-from typing import NamedTuple
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from fitting.estimate import (
     solve,
     tukey,
 )
-from fitting.model import AXIS, BACKGROUND, PARTS, SEARCHED, WARPS, numbers_of
+from fitting.model import AXIS, BACKGROUND, PARTS, WARPS, numbers_of
 from fitting.parameters import TABLE, Numbers
 from fitting.photo import Photograph, Reduced, pixels_of, reduce
 from fitting.photograph.phase_map import Target, followed
@@ -40,25 +40,30 @@ _ROUNDS, _NEAR = 25, 0.25
 _TOLERANCE = 0.02
 # A step on the phase alone that gains a smaller share of that is its last one.
 _NEGLIGIBLE = 0.1
-# Steps of a trial, and of each disc's before the best ones go on, and how many these are: false optima are near. One
-# that then has so many times the least chi-squared is on none of the best.
-_STEPS, _FIRST_STEPS, _FURTHER, _FALSE = 60, 3, 4, 2.0
+# Steps of a trial, at most.
+_STEPS = 60
 # Where the axis of a picture that has been cut is looked for, in half diagonals from its middle.
 _AXES = ((0.0, 0.0), (0.2, 0.0), (-0.2, 0.0), (0.0, 0.2), (0.0, -0.2))
 # Cycles of the finest fringe in a block of a trial, and blocks to a side that are left, at least.
 _CYCLES, _FEWEST = 0.4, 64
 
 
-class Trial(NamedTuple):
+@dataclass(frozen=True)
+class Trial:
     """A fit to coarse blocks: all count alike, since outliers are those of the model that is chosen in the end."""
 
     solution: Solution
-    left: Residuals
+    reduced: Reduced
     parts: tuple[str, ...]
 
     @property
     def numbers(self) -> np.ndarray:
         return self.solution.numbers
+
+    @cached_property
+    def left(self) -> Residuals:
+        """What it leaves over: a pass that most trials do without."""
+        return residuals_of(self.solution, self.reduced, None)
 
 
 class Trials:
@@ -78,13 +83,10 @@ class Trials:
         # A prior weighs against the image in units of the correlated variance, which means over blocks leave.
         self.variance = variance_of(fitted)[0] * (fitted.reduced.grid.block / self.reduced.grid.block) ** 2
         self.first = self._first()
-        self.variance = self._variance(self.first)
+        self.variance = self.variance_of(self.first)
 
-    def gain(self, trial: Trial) -> float:
-        """The variance of the light that a trial leaves over, by that of the first one."""
-        return self._variance(trial) / self.variance
-
-    def _variance(self, trial: Trial) -> float:
+    def variance_of(self, trial: Trial) -> float:
+        """The variance of the light that a trial leaves over, errors that neighbours share included."""
         weights = tukey(trial.left.value, self.reduced)
         square = float((weights * trial.left.value**2).sum(dtype=float))
         inflation = fringe_correlation(self.reduced.grid, trial.left._replace(weights=weights))
@@ -94,8 +96,8 @@ class Trials:
         """The same fit on the coarse blocks; its outliers are known."""
         first = self.fit(self.fitted.parts, self.fitted.numbers)
         weighted = replace(self.reduced, weights=tukey(first.left.value, self.reduced))
-        solution = solve(first.solution.problem, weighted, first.numbers)
-        return Trial(solution, residuals_of(solution, self.reduced, None), self.fitted.parts)
+        solution = solve(first.solution.problem, weighted, first.numbers, tolerance=self.tolerance)
+        return Trial(solution, self.reduced, self.fitted.parts)
 
     def fit(self, parts: tuple[str, ...], numbers: np.ndarray, steps: int = _STEPS) -> Trial:
         """A fit with parts from given numbers, of which those of other parts are left out."""
@@ -106,7 +108,7 @@ class Trials:
         solution = solve(
             problem, self.reduced, start, tolerance=self.tolerance, rounds=_ROUNDS, near=_NEAR, steps=steps
         )
-        return Trial(solution, residuals_of(solution, self.reduced, None), parts)
+        return Trial(solution, self.reduced, parts)
 
     def bent(self) -> Trial:
         """The fit with the largest set of distortions whose values a camera can have."""
@@ -155,35 +157,6 @@ class Trials:
         """What a trial leaves over, and what its priors cost [squares of the light]."""
         centre, cost = trial.solution.problem.pull
         return trial.solution.chi2 + float(cost @ (trial.numbers - centre) ** 2)
-
-    def searched(self, part: str, without: Trial) -> list[Trial]:
-        """A fit with a part beside another fit's, at its anchor, or where it is wished with what lifts that.
-
-        An anchor makes a ladder of optima. Without it that ladder is gone, so the search goes there first, from several
-        starts, and takes the nearest rung in the end.
-        """
-        freed = SEARCHED[part].name
-        parts = (*without.parts, part, freed)
-        starts = [np.array(start) for start in PARTS[part].starts(Numbers(*self.fitted.numbers))]
-        if self.before is not None and part in self.before.parts:
-            starts = [self.before.numbers]
-        first = sorted((self.fit(parts, at, _FIRST_STEPS) for at in starts), key=lambda fit: fit.solution.chi2)
-        near = [fit for fit in first[:_FURTHER] if fit.solution.chi2 < _FALSE * first[0].solution.chi2]
-        finished: list[Trial] = []
-        for at in near:
-            numbers = Numbers(*at.numbers)
-            if not any(PARTS[part].is_beside(numbers, Numbers(*fit.numbers)) for fit in finished):
-                finished.append(self.fit(parts, at.numbers))
-        finished = [fit for fit in finished if self.is_sane(fit)]
-        if not finished:
-            return []
-        loose = min(finished, key=lambda fit: fit.solution.chi2)
-        turn = 0.5 if float(loose.solution.point.modulus.mean()) < 0 else 0.0
-        if self.wishes.get(freed):
-            return [loose]
-        start = PARTS[part].anchored(Numbers(*loose.numbers), self.priors.contact_phase, turn)
-        tight = self.fit((*without.parts, part), np.array(start))
-        return [tight] if self.is_sane(tight) else []
 
     def is_sane(self, fit: Trial) -> bool:
         """Whether all numbers of a fit are such as can be meant: those of the camera, at the rim of the lit field."""

@@ -71,9 +71,7 @@ def run(photo: Path, options: FitOptions, outputs: Outputs) -> int:
     outputs = outputs._replace(force=True)  # of what is there now the files of this run are replaced
     # The draws are in the chain's own file.
     posterior = {key: value for key, value in chain.to_dict().items() if key not in ("draws", "log_prob")}
-    extras = Extras(
-        {"posterior": posterior}, "\n" + chain.report(), partial(_files, result, photo, chain)
-    )
+    extras = Extras({"posterior": posterior}, "\n" + chain.report(), partial(_files, result, photo, chain))
     return outputs.write(result, extras, picture)
 
 
