@@ -9,7 +9,7 @@ CACHE ?= $(CURDIR)/.venv/compiled
 BIN := .venv/bin
 READY := .venv/ready
 
-.PHONY: demo test lint claims experiments docs lock clean
+.PHONY: demo test lint claims experiments docs browser lock clean
 
 demo: $(READY)
 	$(BIN)/newtonjax demo --output-dir newtonjax-demo --force
@@ -38,6 +38,17 @@ docs: .venv-docs/ready
 	PATH="$(CURDIR)/.venv-docs/bin:$$PATH" NO_MKDOCS_2_WARNING=1 .venv-docs/bin/mkdocs build --strict --quiet
 	@! grep -rnoE '(href|src|url)[=(]"?(https?:)?//[^" >]*' site --include='*.html' --include='*.css'
 	@echo "the manual is in site/index.html"
+
+# What the tests of the page need: a browser, by the system's own package manager, and two extras. Without it they skip.
+BROWSER ?= chromium
+browser: $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
+		$$($(PYTHON) -c 'import tomllib; extras = tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]; print(*extras["app"], *extras["browser"])')
+	@command -v $(BROWSER) >/dev/null && exit 0; \
+	test "$$(id -u)" = 0 || { echo "no $(BROWSER); sudo apt-get install chromium, or make browser BROWSER=google-chrome" >&2; exit 1; }; \
+	command -v apt-get >/dev/null || { echo "no apt-get here; install Chromium by hand" >&2; exit 1; }; \
+	export DEBIAN_FRONTEND=noninteractive; install="apt-get install -qq -y --no-install-recommends chromium fonts-dejavu-core"; \
+	$$install >/dev/null 2>&1 || { apt-get update -qq && $$install; }
 
 .venv-docs/ready: pyproject.toml
 	$(PYTHON) -m venv --clear .venv-docs

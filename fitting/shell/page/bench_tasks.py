@@ -16,25 +16,26 @@ SIDE = 512
 
 
 class Slider(NamedTuple):
-    """A number of the bench by what a person sees: its unit there, in SI, its range there, and its first value."""
+    """A number of the bench by what a person sees: its unit there, in SI, its range and step, and its first value."""
 
     title: str
     unit: str
     si: float
     lowest: float
     highest: float
+    step: float
     first: float
 
 
 # Numbers of `newtonjax.newton_rings`, and of the camera.
 SLIDERS = {
-    "radius": Slider("Radius of the lens", "m", 1.0, 0.2, 5.0, 1.0),
-    "gap": Slider("Gap at the centre", "nm", 1e-9, 0.0, 2000.0, 0.0),
-    "wavelength": Slider("Wavelength", "nm", 1e-9, 400.0, 700.0, 589.3),
-    "lens_index": Slider("Index of the lens", "", 1.0, 1.3, 2.0, 1.5),
-    "plate_index": Slider("Index of the plate", "", 1.0, 1.3, 2.0, 1.5),
-    "gap_index": Slider("Index in the gap", "", 1.0, 1.0, 1.7, 1.0),
-    "pixel_size": Slider("Size of a pixel on the object", "µm", 1e-6, 4.0, 40.0, 16.0),
+    "radius": Slider("Radius of the lens", "m", 1.0, 0.2, 5.0, 0.005, 1.0),
+    "gap": Slider("Gap at the centre", "nm", 1e-9, 0.0, 2000.0, 1.0, 0.0),
+    "wavelength": Slider("Wavelength", "nm", 1e-9, 400.0, 700.0, 0.1, 589.3),
+    "lens_index": Slider("Index of the lens", "", 1.0, 1.3, 2.0, 0.001, 1.5),
+    "plate_index": Slider("Index of the plate", "", 1.0, 1.3, 2.0, 0.001, 1.5),
+    "gap_index": Slider("Index in the gap", "", 1.0, 1.0, 1.7, 0.001, 1.0),
+    "pixel_size": Slider("Size of a pixel on the object", "µm", 1e-6, 4.0, 40.0, 0.1, 16.0),
 }
 VIEWS = ("reflected", "transmitted")
 # Lights of several lines or of a band; "" is the one line of the slider.

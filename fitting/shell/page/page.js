@@ -20,3 +20,44 @@ function njDrop(token) {
     area.addEventListener(kind, (event) => { event.preventDefault(); area.classList.remove("over"); });
   area.addEventListener("drop", (event) => njSend(token, event.dataTransfer.files[0]));
 }
+
+// The picture of the bench: one request in flight, the newest numbers next, the rate of the last second.
+function njBench(token) {
+  const canvas = document.getElementById("bench");
+  if (!canvas) return setTimeout(() => njBench(token), 50); // the tab is not there yet
+  const line = document.getElementById("bench-line");
+  const context = canvas.getContext("2d"), fields = document.querySelectorAll("[data-bench]");
+  const socket = new WebSocket(`ws://${location.host}/bench/${token}`);
+  socket.binaryType = "arraybuffer";
+  let latest = null, isBusy = true, times = [];
+  const values = () => {
+    const numbers = {};
+    for (const field of fields) {
+      numbers[field.dataset.bench] = field.type === "range" ? Number(field.value) : field.value;
+      if (field.type === "range") document.getElementById(field.id + "-value").textContent = field.value;
+    }
+    return numbers;
+  };
+  const next = () => {
+    isBusy = latest !== null;
+    if (isBusy) { socket.send(JSON.stringify(latest)); latest = null; }
+  };
+  const change = () => { latest = values(); if (!isBusy) next(); };
+  socket.onopen = () => { latest = values(); next(); };
+  socket.onclose = () => { line.textContent = "The page has ended; load it again."; };
+  socket.onmessage = async (event) => {
+    if (typeof event.data === "string") { line.textContent = event.data; return next(); }
+    const picture = await createImageBitmap(new Blob([event.data], { type: "image/jpeg" }));
+    context.drawImage(picture, 0, 0);
+    picture.close();
+    const now = performance.now();
+    times = times.filter((time) => now - time < 1000).concat(now);
+    canvas.dataset.drawn = Number(canvas.dataset.drawn || 0) + 1;
+    line.textContent = times.length > 2 ? `${times.length} pictures in the last second` : "";
+    requestAnimationFrame(next);
+  };
+  for (const field of fields) {
+    field.addEventListener("input", change);
+    field.addEventListener("change", () => emitEvent("bench", values()));
+  }
+}

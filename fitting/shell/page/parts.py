@@ -9,6 +9,8 @@ from typing import Any
 
 from nicegui import ui  # pyright: ignore[reportMissingImports]  # an extra
 
+from fitting.shell.page.bench_tasks import Slider
+
 
 def resource(name: str) -> str:
     """The text of a file beside this one."""
@@ -93,9 +95,10 @@ def table(caption: str, head: Iterable[str], rows: Iterable[Iterable[str]]) -> s
     )
 
 
-def block(title: str, text: str) -> str:
-    """Lines to copy."""
-    return f'<pre tabindex="0" role="region" aria-label="{html.escape(title)}">{html.escape(text)}</pre>'
+def block(title: str, text: str, wraps: bool = False) -> str:
+    """Lines to copy; long ones are broken, or the block scrolls."""
+    kind = ' class="nj-wraps"' if wraps else ""
+    return f'<pre{kind} tabindex="0" role="region" aria-label="{html.escape(title)}">{html.escape(text)}</pre>'
 
 
 def picked(area: Any, shape: Callable[[], tuple[int, int]], take: Callable[[float, float], Any]) -> None:
@@ -109,6 +112,25 @@ def picked(area: Any, shape: Callable[[], tuple[int, int]], take: Callable[[floa
             await taking
 
     area.on("click", scaled, js_handler=_CLICK)
+
+
+def slider(name: str, about: Slider) -> str:
+    """A slider of the bench, with its value beside its title."""
+    return (
+        f'<div class="nj-field nj-slider"><label for="bench-{name}">{html.escape(about.title)}: '
+        f'<output id="bench-{name}-value">{about.first:g}</output> {html.escape(about.unit)}</label>'
+        f'<input type="range" id="bench-{name}" data-bench="{name}" min="{about.lowest:g}" max="{about.highest:g}" '
+        f'step="{about.step:g}" value="{about.first:g}"></div>'
+    )
+
+
+def listed(name: str, title: str, options: dict[str, str]) -> str:
+    """A list of the bench."""
+    rows = "".join(f'<option value="{html.escape(key)}">{html.escape(text)}</option>' for key, text in options.items())
+    return (
+        f'<div class="nj-field"><label for="bench-{name}">{html.escape(title)}</label>'
+        f'<select class="nj-select" id="bench-{name}" data-bench="{name}">{rows}</select></div>'
+    )
 
 
 _CLICK = (

@@ -93,11 +93,13 @@ class ResultStep:
         residual = parts.figure(
             f"{address}/residual.jpg{stamp}",
             "photograph less model",
-            "Photograph less model; rings are not explained.",
+            "Photograph less model: rings here are left unexplained.",
         )
         return f'<div class="nj-row">{rings}{residual}</div>'
 
 
+# Share of the variance below which a row of the budget is not shown; the report has all of them.
+_SMALLEST = 1e-6
 # What the page adds to the result's own numbers.
 _ADDED = ("headline", "dominant")
 
@@ -109,7 +111,9 @@ def _sentences(answer: dict[str, Any]) -> list[str]:
         low, high = answer["radius_interval_m"]
         sentences.append(f"With a probability of 95 % between {low:.6g} m and {high:.6g} m.")
     if answer["dominant"]:
-        sentences.append(f"What it depends on most: {answer['dominant']}.")
+        sentences.append(
+            f"Most of the uncertainty is of {answer['dominant'].removeprefix('largest: ').replace('_', ' ')}."
+        )
     return sentences
 
 
@@ -117,11 +121,13 @@ def _budget(answer: dict[str, Any]) -> str:
     """The rows of the budget as bars, the longest first."""
     rows = [(row["source"], next(value for key, value in row.items() if key != "source")) for row in answer["budget"]]
     total = sum(sd**2 for _, sd in rows)
+    rows = [(source, sd) for source, sd in rows if sd**2 > _SMALLEST * total]
     if not total:
         return ""
     unit = TABLE[answer["measured"]].unit
     lines = "".join(
-        f'<tr><th scope="row">{html.escape(source)}</th><td>{sd:.2g} {unit}</td><td>{sd**2 / total:.0%}</td>'
+        f'<tr><th scope="row">{html.escape(source.replace("_", " "))}</th>'
+        f"<td>{sd:.2g} {unit}</td><td>{sd**2 / total:.0%}</td>"
         f'<td><div class="nj-bar" style="width:{8 * sd / max(sd for _, sd in rows):.2f}rem"></div></td></tr>'
         for source, sd in sorted(rows, key=lambda row: -row[1])
     )
@@ -138,7 +144,7 @@ def _parameters(answer: dict[str, Any]) -> str:
         (name.replace("_", " "), _number(name, parameter), "given" if parameter["fixed"] else "measured")
         for name, parameter in answer["parameters"].items()
     ]
-    return parts.table("Numbers", ("name", "value", ""), rows) if rows else ""
+    return parts.table("Numbers", ("name", "value", "from"), rows) if rows else ""
 
 
 def _number(name: str, parameter: dict[str, Any]) -> str:
@@ -149,5 +155,5 @@ def _number(name: str, parameter: dict[str, Any]) -> str:
 
 
 def _model(answer: dict[str, Any]) -> str:
-    rows = [(part, why) for part, why in answer["model"].items()]
+    rows = [(part.replace("_", " "), why) for part, why in answer["model"].items()]
     return parts.table("Parts of the model, and the evidence", ("part", "why"), rows) if rows else ""

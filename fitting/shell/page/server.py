@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import uvicorn  # pyright: ignore[reportMissingImports]  # an extra
 from fastapi import FastAPI  # pyright: ignore[reportMissingImports]
+from nicegui import app as framework  # pyright: ignore[reportMissingImports]
 from nicegui import ui  # pyright: ignore[reportMissingImports]
 
 from fitting.shell import stopping
@@ -62,7 +63,9 @@ def parts(folder: Path, hosts: tuple[str, ...], says: str = "") -> Parts:
 
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None, lifespan=lifespan)
     with_routes(app, sessions, bench)
-    ui.page("/", title="newtonjax")(lambda: show(sessions, photographs))
+    # A bar over the page for every picture would only distract, and it has no name for a screen reader.
+    framework.config.quasar_config["loadingBar"]["skipHijack"] = True
+    ui.page("/", title="newtonjax")(lambda: show(sessions, photographs, bench))
     ui.run_with(app, language="en-US", dark=None, reconnect_timeout=_PATIENCE, show_welcome_message=False)
     return Parts(Guard(app, hosts, LIMIT), sessions, photographs, bench)
 
@@ -86,8 +89,14 @@ def serve(address: Address) -> int:
         print("newtonjax: others in this network may reach the page by this address", file=sys.stderr)
     with tempfile.TemporaryDirectory(prefix="newtonjax-page-") as folder:
         page = parts(Path(folder), hosts, says)
+        # A picture is compressed already: to try it again takes longer than to make it.
         settings = uvicorn.Config(
-            page.app, log_level="warning", server_header=False, ws_max_size=LIMIT, timeout_graceful_shutdown=1
+            page.app,
+            log_level="warning",
+            server_header=False,
+            ws_max_size=LIMIT,
+            ws_per_message_deflate=False,
+            timeout_graceful_shutdown=1,
         )
         with stopping.left_to_a_server():
             uvicorn.Server(settings).run(sockets=[listening])

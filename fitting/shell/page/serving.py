@@ -18,6 +18,7 @@ TASKS = {
     "look": ("photograph_tasks", "look"),
     "measure": ("photograph_tasks", "measure"),
     "scale": ("photograph_tasks", "scale"),
+    "table": ("table_task", "measure"),
     "draw": ("bench_tasks", "draw"),
     "describe": ("bench_tasks", "describe"),
 }

@@ -42,6 +42,7 @@ class Session:
     region: Mapping[str, float] | None = None
     answer: dict[str, Any] = field(default_factory=dict)
     files: dict[str, bytes] = field(default_factory=dict)
+    table_files: dict[str, bytes] = field(default_factory=dict)
     running: asyncio.Task | None = None
 
     async def take(self, name: str, data: bytes) -> dict[str, Any]:
@@ -94,8 +95,9 @@ class Session:
             self.running.cancel()
 
     def file(self, name: str) -> bytes | None:
-        """A file of the answer or a picture of the photograph."""
-        return self.files.get(name) or self.about.get("pictures", {}).get(name)
+        """A file of an answer or a picture of the photograph."""
+        holders = self.files, self.table_files, self.about.get("pictures", {})
+        return next((files[name] for files in holders if name in files), None)
 
     def _show(self, about: dict[str, Any]) -> None:
         self.about = about

@@ -3,15 +3,17 @@
 from nicegui import ui  # pyright: ignore[reportMissingImports]  # an extra
 
 from fitting.shell.page import parts
+from fitting.shell.page.bench_tab import BenchTab
 from fitting.shell.page.photograph_tab import PhotographTab
 from fitting.shell.page.sessions import Sessions
+from fitting.shell.page.table_tab import TableTab
 from fitting.shell.page.worker import Worker
 
 # The default blue has too little contrast.
 _BLUE = "#1a4f9c"
 
 
-def show(sessions: Sessions, photographs: Worker) -> None:
+def show(sessions: Sessions, photographs: Worker, bench: Worker) -> None:
     """Build the page for one tab of a browser, which is forgotten when it closes."""
     session = sessions.open()
     ui.context.client.on_delete(lambda: sessions.close(session.token))
@@ -21,6 +23,13 @@ def show(sessions: Sessions, photographs: Worker) -> None:
     with ui.element("div").classes("nj-page"):
         parts.heading("newtonjax: Newton's rings", 1)
         with ui.tabs().props("align=left no-caps") as tabs:
-            photograph = ui.tab("Photograph")
-        with ui.tab_panels(tabs, value=photograph).props("keep-alive"), ui.tab_panel(photograph):
-            PhotographTab(session, photographs).build()
+            photograph, bench_head, table = map(ui.tab, ("Photograph", "Virtual bench", "Table of rings"))
+        virtual = BenchTab(session, bench)
+        tabs.on_value_change(lambda event: virtual.begin() if event.value == "Virtual bench" else None)
+        with ui.tab_panels(tabs, value=photograph).props("keep-alive"):
+            with ui.tab_panel(photograph):
+                PhotographTab(session, photographs).build()
+            with ui.tab_panel(bench_head):
+                virtual.build()
+            with ui.tab_panel(table):
+                TableTab(session, photographs).build()

@@ -95,8 +95,11 @@ class Worker:
             pipe = self._pipe
             if pipe is None or not self._is_ready:
                 raise WorkError("the worker process could not start; `newtonjax doctor` says what is amiss")
-            # A photograph fills the pipe: in this thread it would hold up every other person's page.
-            await asyncio.to_thread(pipe.send, (task, arguments))
+            if any(isinstance(argument, bytes) for argument in arguments):
+                # A photograph fills the pipe: in this thread it would hold up every other person's page.
+                await asyncio.to_thread(pipe.send, (task, arguments))
+            else:
+                pipe.send((task, arguments))
             return await answer
         except asyncio.CancelledError:
             self.stop()

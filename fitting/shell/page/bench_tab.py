@@ -1,0 +1,66 @@
+"""The second tab: a bench of sliders, whose picture follows them."""
+
+import asyncio
+from typing import Any
+
+from nicegui import ui  # pyright: ignore[reportMissingImports]  # an extra
+
+from fitting.shell.page import parts
+from fitting.shell.page.bench_tasks import LIGHTS, SIDE, SLIDERS, VIEWS
+from fitting.shell.page.sessions import Session
+from fitting.shell.page.worker import Worker, WorkError
+
+
+class BenchTab:
+    """The virtual bench of one tab of a browser."""
+
+    def __init__(self, session: Session, worker: Worker):
+        self._session, self._worker = session, worker
+        self._is_begun, self._is_busy = False, False
+        self._latest: dict[str, Any] | None = None
+
+    def build(self) -> None:
+        """Show sliders and picture; nothing is drawn before `begin`."""
+        lists = parts.listed("view", "Rings seen in", {view: view for view in VIEWS})
+        lists += parts.listed("light", "Light", LIGHTS)
+        sliders = "".join(parts.slider(name, slider) for name, slider in SLIDERS.items())
+        canvas = (
+            f'<canvas id="bench" class="nj-canvas" width="{SIDE}" height="{SIDE}" role="img" '
+            'aria-label="Picture of the rings on the bench"></canvas><p id="bench-line">The bench is being set up.</p>'
+        )
+        with parts.section("Virtual bench"):
+            ui.html(f'<div class="nj-row">{lists}{sliders}</div>', sanitize=False)
+            with parts.row():
+                ui.html(canvas, sanitize=False).classes("nj-figure")
+                self._numbers = ui.html("", sanitize=False).classes("nj-figure")
+        ui.on("bench", lambda event: self._describe(event.args))
+
+    async def begin(self) -> None:
+        """Start the pictures, the first time that the tab is shown."""
+        if not self._is_begun:
+            self._is_begun = True
+            parts.run_script("njBench", self._session.token)
+            await self._describe({})
+
+    async def _describe(self, values: dict[str, Any]) -> None:
+        """Show the numbers of the newest bench; while some are on their way, later ones replace each other."""
+        self._latest = values
+        if self._is_busy:
+            return
+        self._is_busy = True
+        try:
+            while self._latest is not None:
+                newest, self._latest = self._latest, None
+                self._show(await self._worker.call("describe", newest))
+        except (WorkError, asyncio.CancelledError) as error:
+            self._numbers.set_content(parts.block("Numbers of the bench", str(error)))
+        finally:
+            self._is_busy = False
+
+    def _show(self, about: dict[str, Any]) -> None:
+        rings = [(str(ring["order"]), f"{1e3 * ring['radius_m']:.4f}") for ring in about["rings"]]
+        bounds = parts.block("What a photograph would tell", about["bounds"])
+        self._numbers.set_content(
+            parts.table("Dark rings (one wavelength)", ("order", "radius [mm]"), rings)
+            + f"<h3>What a photograph of this bench would tell at best</h3>{bounds}"
+        )
