@@ -5,6 +5,8 @@ import pytest
 from rings_data import WAVELENGTH, coordinates
 
 import fitting
+from experiments.truth.defects import WAVELENGTH as LINE
+from experiments.truth.defects import draw_case, photograph
 
 SHAPE = (180, 240)
 
@@ -87,3 +89,14 @@ def test_a_few_fringes_in_light_of_no_simple_form_are_refused_with_a_way_out():
     result = fitting.fit(fading(2.4, 0.01)[0], wavelength=WAVELENGTH)
     assert result.status == "refused"
     assert all(words in result.message for words in ("2.4 fringes", "4 are needed", "more rings", "start"))
+
+
+@pytest.mark.parametrize("seed", [17, 54])
+def test_noise_that_a_jpeg_made_blocks_of_is_no_structure_beside_few_fringes(seed):
+    """Fewer than four fringes, noise of 12 and 20 %, quality 50."""
+    case = draw_case("JPEG 50", seed)
+    image, pixel_size, sd = photograph(case)
+    result = fitting.fit(image, wavelength=LINE, pixel_size=pixel_size, pixel_size_sd=sd)
+    low, high = result.radius_interval
+    assert low < case.radius < high
+    assert result.radius_sd < 0.01 * case.radius
