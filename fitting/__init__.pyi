@@ -10,8 +10,11 @@ from fitting.photo import Photograph as Photograph
 from fitting.photo import read as read
 from fitting.photograph import FitResult as FitResult
 from fitting.photograph import FrameFit as FrameFit
+from fitting.photograph import Together as Together
 from fitting.photograph import fit as fit
 from fitting.photograph import fit_stack as fit_stack
+from fitting.photograph import fit_together as fit_together
+from fitting.photograph import ratio as ratio
 from fitting.reasons import Reason as Reason
 from fitting.reticle import Scale as Scale
 from fitting.reticle import scale as scale

@@ -7,6 +7,7 @@ the syntax of `str.format`, and may be put better. A translation is a table from
 
 from enum import unique
 
+from fitting.wordings import FormWords, StudyWords, TogetherWords
 from newtonjax.numerics import Wording
 
 
@@ -148,28 +149,18 @@ class Reason(Wording):
     SEARCHED_IN_VAIN = "{reason}, and a search ended with: {message}"
 
     # Draws from a posterior, and studies of a bench.
-    CHAIN_TOO_SHORT = (
-        "the chain of {steps} steps is shorter than {times} autocorrelation times of {slowest:.0f} steps: take at "
-        "least {least} steps"
-    )
-    CHAIN_BEYOND_LIKELIHOOD = (
-        "the posterior extends {excursion:.2g} turns from the fit; the likelihood is accurate to {near:g} turns, and "
-        "draws beyond are missing; include more rings"
-    )
-    UNDETERMINED_COMBINATIONS = "{combinations}"
-    ONLY_PRODUCT_MEASURED = "{together}: only {product} is measured"
-    UNSEEN_CHANGES = "{together}: the image does not change with {changes}"
-    TARGET_UNDETERMINED = "the image does not determine {target} with {beside} free: {why}"
-    NOISE_ABOVE_ACCURACY = "noise alone exceeds the requested accuracy: increase exposure, pixels or rings first"
-    VARIANCE_NOT_RESOLVED = "some fractions of the variance are not resolved by this number of draws; increase draws"
-    DRAW_NOT_CONVERGED = "the fit with {values} (SI units) does not converge: give smaller deviations"
-    DESIGN_UNDETERMINED = (
-        "no starting design determines {target}: a beam misses the field, or a parameter is undetermined"
-    )
-    NO_DESIGN_WITHIN_LIMITS = (
-        "no design within the bounds meets the limits: {limit} stays exceeded; widen bounds or limits"
-    )
-    TOO_MANY_FRINGES = "the field has too many fringes for a smooth forecast: give a smaller field, or fewer rings"
+    CHAIN_TOO_SHORT = StudyWords.CHAIN_TOO_SHORT
+    CHAIN_BEYOND_LIKELIHOOD = StudyWords.CHAIN_BEYOND_LIKELIHOOD
+    UNDETERMINED_COMBINATIONS = StudyWords.UNDETERMINED_COMBINATIONS
+    ONLY_PRODUCT_MEASURED = StudyWords.ONLY_PRODUCT_MEASURED
+    UNSEEN_CHANGES = StudyWords.UNSEEN_CHANGES
+    TARGET_UNDETERMINED = StudyWords.TARGET_UNDETERMINED
+    NOISE_ABOVE_ACCURACY = StudyWords.NOISE_ABOVE_ACCURACY
+    VARIANCE_NOT_RESOLVED = StudyWords.VARIANCE_NOT_RESOLVED
+    DRAW_NOT_CONVERGED = StudyWords.DRAW_NOT_CONVERGED
+    DESIGN_UNDETERMINED = StudyWords.DESIGN_UNDETERMINED
+    NO_DESIGN_WITHIN_LIMITS = StudyWords.NO_DESIGN_WITHIN_LIMITS
+    TOO_MANY_FRINGES = StudyWords.TOO_MANY_FRINGES
 
     # A ruled grid.
     TOO_FEW_PIXELS_OF_GRID = "{pixels} pixels can be used: the image is dark or masked"
@@ -285,16 +276,19 @@ class Reason(Wording):
     )
     UNEVEN_FRINGES = "the spacing changes by {change:+.1%} over the table ({deviations:.1f} sd); its mean was used"
 
+    # Several pictures in one answer.
+    PICTURE_LEFT_OUT = TogetherWords.PICTURE_LEFT_OUT
+    TOO_FEW_PICTURES = TogetherWords.TOO_FEW_PICTURES
+    PICTURE_CONTRADICTS = TogetherWords.PICTURE_CONTRADICTS
+    PICTURES_CONTRADICT = TogetherWords.PICTURES_CONTRADICT
+
     # The form of a surface.
-    PUPIL_NOT_SEEN = "no edge of an aperture is seen: the form is of the largest circle ({radius:.5g} px); give pupil"
-    PUPIL_TOO_SMALL = "no aperture of at least {least:g} pixels radius is seen; give pupil, or use a larger image"
-    FORM_NO_FRINGES = "no form was found: too few parts of the pupil show evenly spaced fringes; tilt, or mask others"
-    FORM_NOT_CONFIRMED = (
-        "no form was found: the phase of the best one is confirmed in {agreement:.0%} of the pupil; at least "
-        "{least:.0%} is required: give pupil, mask what is no fringe, or tilt the surfaces until the fringes are open"
-    )
-    FORM_FEW_FRINGES = "{fringes:.1f} fringes, some of them perhaps uneven light: at least {least:g} are required; tilt"
-    FORM_NOT_CONVERGED = "the form did not converge; give fewer terms, mask what is no fringe, or tilt the surfaces"
-    FORM_SIGN_OPEN = "the sign of all terms is open, power is shown positive: one image does not tell it; give sign"
-    FORM_SIGN_UNDECIDED = "term {term} is zero within its standard deviation: its sign does not decide that of the form"
-    FORM_RIVALS = "{count} further forms explain the image equally well: tilt the surfaces by more fringes to decide"
+    PUPIL_NOT_SEEN = FormWords.PUPIL_NOT_SEEN
+    PUPIL_TOO_SMALL = FormWords.PUPIL_TOO_SMALL
+    FORM_NO_FRINGES = FormWords.FORM_NO_FRINGES
+    FORM_NOT_CONFIRMED = FormWords.FORM_NOT_CONFIRMED
+    FORM_FEW_FRINGES = FormWords.FORM_FEW_FRINGES
+    FORM_NOT_CONVERGED = FormWords.FORM_NOT_CONVERGED
+    FORM_SIGN_OPEN = FormWords.FORM_SIGN_OPEN
+    FORM_SIGN_UNDECIDED = FormWords.FORM_SIGN_UNDECIDED
+    FORM_RIVALS = FormWords.FORM_RIVALS

@@ -121,10 +121,24 @@ class _Set(NamedTuple):
     evidence: float
 
 
-def _sets(
-    member: Member, variance: float, fixed_parts: Collection[str], ratio: float, held: Collection[str]
-) -> Iterator[_Set]:
-    """The sets of a member on the model linearized at its fit; what else is free there, is so in each of them."""
+class Eliminated(NamedTuple):
+    """Normal equations of the numbers of all parts that a member's sets may have, whatever else is free taken out.
+
+    - `slots`: where the numbers stand; `core`: of what is taken out, whose own inverse is `inverse`; a step d of the
+      numbers moves it by -`slope` d. `matrix`, `pull`: of the numbers.
+    """
+
+    names: tuple[str, ...]
+    slots: np.ndarray
+    core: np.ndarray
+    inverse: np.ndarray
+    slope: np.ndarray
+    matrix: np.ndarray
+    pull: np.ndarray
+
+
+def eliminated(member: Member, fixed_parts: Collection[str] = ()) -> Eliminated:
+    """A member on the model linearized at its fit; `fixed_parts`: those whose numbers stay as they are."""
     matrix = member.fit.matrix.holding(numbers_of(fixed_parts))
     names = numbers_of(part for part in PARTS if any(part in s for s in member.sets))
     tested = slots_of(names)
@@ -133,6 +147,15 @@ def _sets(
     slope = inverse @ matrix.matrix[np.ix_(core, tested)]
     of_tested = matrix.matrix[np.ix_(tested, tested)] - matrix.matrix[np.ix_(tested, core)] @ slope
     pull = matrix.gradient[tested] - slope.T @ matrix.gradient[core]
+    return Eliminated(names, tested, core, inverse, slope, of_tested, pull)
+
+
+def _sets(
+    member: Member, variance: float, fixed_parts: Collection[str], ratio: float, held: Collection[str]
+) -> Iterator[_Set]:
+    """The sets of a member on the model linearized at its fit; what else is free there, is so in each of them."""
+    matrix, rest = member.fit.matrix, eliminated(member, fixed_parts)
+    names, tested, core, inverse, slope, of_tested, pull = rest
     centre, sd = (np.array([member.priors.numbers[name][k] for name in names]) for k in (0, 1))
     # Without a distortion the camera's axis is anywhere.
     aside = np.isin(names, [name for part in PARTS.values() for name in part.axis])

@@ -2,34 +2,24 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from fitting.estimate import Fitted
 from fitting.parameters import (
     TABLE,
     AbstractResult,
     Origin,
     Parameter,
-    Quantities,
     common_from,
     parameters_from,
 )
+from fitting.photograph.evidence import Evidence
 from fitting.photograph.picture import Picture
 from fitting.photograph.report import dominant_of, headline_of, report_of
 from fitting.photograph.ring_radii import KEYS, KINDS, FittedRing, table_of
 from fitting.photograph.rival import Finding
 from newtonjax.numerics import require_choice
-
-
-class Evidence(NamedTuple):
-    """What a posterior is made of: the fit, what was given, the noise's variance per unit weight, the covariance."""
-
-    found: Fitted
-    known: Quantities
-    variance: float
-    covariance: np.ndarray
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -8,10 +8,11 @@ from fitting.estimate import Fitted, finest
 from fitting.parameters import Quantities
 from fitting.photo import Photograph
 from fitting.photograph.camera_stretch import stretch_warning
+from fitting.photograph.evidence import Evidence
 from fitting.photograph.image_rows import image_rows
 from fitting.photograph.numbers import measured
 from fitting.photograph.picture import Picture
-from fitting.photograph.result import Evidence, FitResult
+from fitting.photograph.result import FitResult
 from fitting.photograph.ring_radii import rings_of
 from fitting.photograph.rival import CONSEQUENCES
 from fitting.photograph.rivals import findings_of
@@ -56,7 +57,7 @@ def report(task: Task, choice: Choice, began: float) -> FitResult:
     if numbers["fringe_scale_sd"] > 0.2 * numbers["fringe_scale_per_px2"]:
         return FitResult("refused", Reason.CURVATURE_UNCERTAIN(), seconds=time.perf_counter() - began, **common)
     rings = rings_of(choice.answer, given, task.contact_phase, covariance)
-    evidence = Evidence(fit, given, variance, covariance)
+    evidence = Evidence(fit, given, variance, covariance, choice.averaging, choice.ratio)
     return FitResult(**numbers, seconds=time.perf_counter() - began, evidence=evidence, rings=rings, **common)
 
 

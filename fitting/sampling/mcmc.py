@@ -59,7 +59,7 @@ def sample(
     Raises ValueError for a result without a fit, too few walkers or steps, and a file of another fit.
 
     """
-    fitted, quantities, variance, covariance = evidence_of(result)
+    fitted, quantities, variance, covariance, *_ = evidence_of(result)
     require_choice("sampler", sampler, ("emcee", "nuts"))
     if sampler == "nuts" and path is not None:
         raise ValueError("path is for sampler='emcee'; leave it out with sampler='nuts'")

@@ -62,7 +62,7 @@ def log_posterior(result: FitResult) -> LogPosterior:
 
     Raises ValueError for a result without a fit, and for a fit with a plate radius.
     """
-    fitted, quantities, variance, covariance = evidence_of(result)
+    fitted, quantities, variance, covariance, *_ = evidence_of(result)
     with x64():
         target = posterior(fitted, quantities, variance, covariance)
         names, _ = draws(target, fitted, quantities, np.zeros((1, target.dimensions)))

@@ -18,6 +18,7 @@ from fitting.shell.form_command import form
 from fitting.shell.measuring_verbs import compare, fit, rings, scale
 from fitting.shell.options import Bits, Epsilon, Force, ScreenPixel, Shape
 from fitting.shell.study_verbs import design, sensitivity, tradeoff
+from fitting.shell.together_command import together
 from fitting.shell.wedge_command import wedge
 from fitting.studies import exit_status
 
@@ -157,7 +158,7 @@ def render(
 
 
 app.command("app")(page)
-for measuring in (fit, batch, form, scale, rings, wedge, compare):
+for measuring in (fit, batch, together, form, scale, rings, wedge, compare):
     app.command()(measuring)
 for study in (tradeoff, sensitivity, design):
     app.command()(study)

@@ -61,6 +61,7 @@ GIVEN = {
     nj.render: {"scene": SCENE, "camera": CAMERA, "method": nj.ClosedForm()},
     nj.explain: {"scene": SCENE, "camera": CAMERA},
     fitting.read: {"image": IMAGE},
+    fitting.form: {"image": IMAGE},
     fitting.fit: {"image": IMAGE, "wavelength": 589.3e-9, "pixel_size": 30e-6, "view": "reflected"},
     fitting.scale: {"image": IMAGE, "division": 1e-4},
     fitting.wedge: {
@@ -76,6 +77,8 @@ GIVEN = {
 }
 # Right values take these seconds, so fewer are tried.
 SLOW = {
+    fitting.fit_together: {"images": [IMAGE, IMAGE], "wavelength": 589.3e-9, "view": "reflected"},
+    fitting.ratio: {"first": IMAGE, "second": IMAGE, "wavelength": 589.3e-9, "view": "reflected"},
     fitting.fit_stack: {"frames": np.stack([IMAGE, IMAGE]), "wavelength": 589.3e-9, "view": "reflected"},
     fitting.information: {"scene": SCENE, "camera": CAMERA},
     fitting.sensitivity: {"scene": SCENE, "camera": CAMERA},

@@ -83,7 +83,7 @@ def test_the_density_is_the_all_pixel_likelihood_with_the_illumination_integrate
     if gap is not None:
         sds = {"pixel_size_sd": 1e-8, "wavelength_sd": 3e-6 * WAVELENGTH}
         fitted = fitting.fit(rings(gap=gap, noise=0.05), **GIVEN, **sds, fixed={"gap": gap})
-    found, known, variance, covariance = fitted.evidence
+    found, known, variance, covariance, *_ = fitted.evidence
     target = posterior(found, known, variance, covariance)
     points = np.random.default_rng(3).normal(size=(4, target.dimensions))
     ours = np.asarray(log_density(target, jnp.asarray(points)))

@@ -1,0 +1,204 @@
+"""From the curvatures of several pictures to one value, their ratios, and who contradicts whom."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy import optimize, stats
+
+from fitting.photograph.joint import View, contradiction, joined
+from fitting.photograph.result import FitResult
+from fitting.photograph.together_result import PictureRow, Together
+from fitting.reasons import Reason
+
+# Chance that a picture is named that does not contradict the others, over all pictures.
+_ALARM = 0.01
+
+
+class Logarithms(NamedTuple):
+    """A picture's number.
+
+    - `level`: its logarithm, of the radius up to a constant without a scale; `value`: the number itself, as shown.
+    - `slope`: how the level changes with the logarithm of the `curvature`, which is that of the picture alone.
+    - `beside`: relative deviation of the curvature beside what normal equations say.
+    - `quantities`: relative deviations by the quantity that brings them.
+    """
+
+    view: View
+    curvature: float
+    level: float
+    value: float
+    slope: float
+    beside: float
+    quantities: dict[str, float]
+
+
+class _Levels(NamedTuple):
+    """Logarithms of all pictures' numbers, and their covariance by where it comes from."""
+
+    values: np.ndarray
+    parts: dict[str, np.ndarray]
+
+    @property
+    def covariance(self) -> np.ndarray:
+        return np.sum(list(self.parts.values()), axis=0)
+
+    def sd(self, weights: np.ndarray) -> float:
+        return float(np.sqrt(max(weights @ self.covariance @ weights, 0.0)))
+
+
+def combined(
+    numbers: Sequence[Logarithms],
+    labels: Sequence[str],
+    alike: frozenset[str],
+    shared: frozenset[str],
+    warnings: list[str],
+    fits: list[FitResult],
+) -> Together:
+    """The answer of two pictures and more; `alike`: quantities whose errors are the same in all of them."""
+    has_camera, is_one = "distortion" in shared, fits[0].measured in shared
+    levels, camera = _levels(numbers, alike, has_camera)
+    count = len(numbers)
+    reduced = {
+        k: _levels([number for j, number in enumerate(numbers) if j != k], alike, has_camera)[0]
+        for k in (range(count) if count > 2 else ())
+    }
+    apart = _apart(numbers, levels, is_one, has_camera)
+    warnings = warnings + _warnings(apart, labels)
+    alone, _ = _levels(numbers, alike, has_camera=False)
+    rows, excess = [], 0.0
+    for k, number in enumerate(numbers):
+        unit = np.eye(count)[k]
+        sd = float(np.hypot(levels.sd(unit), _excess(levels, reduced, unit)))
+        step = unit - np.eye(count)[0]
+        excess_of_ratio = _excess(levels, reduced, step) if k else 0.0
+        excess = excess_of_ratio if k == 1 else excess
+        value = number.value * float(np.exp((levels.values[k] - number.level) * _sense(fits[k])))
+        ratio = float(np.exp(step @ levels.values))
+        ratio_sd = ratio * float(np.hypot(levels.sd(step), excess_of_ratio)) if k else None
+        alone_sd = number.value * alone.sd(unit)
+        rows.append(PictureRow(labels[k], value, value * sd, number.value, alone_sd, ratio, ratio_sd, apart[k]))
+    measured = fits[0].measured if fits[0].status == "ok" else "fringe_scale"
+    status = fits[0].status
+    common = {"members": rows, "shared": camera, "covariance": levels.covariance, "warnings": warnings, "fits": fits}
+    pair = {"ratio": rows[1].ratio, "ratio_sd": rows[1].ratio_sd}
+    if not (is_one and status == "ok"):
+        budget = _budget(levels, np.eye(count)[1] - np.eye(count)[0], rows[1].ratio, excess)
+        return Together(status, fits[0].message, measured, budget=budget, **pair, **common)
+    levels = levels._replace(parts=levels.parts | {"spread": _spread(levels) * np.eye(count)})
+    weights = _weights(levels.covariance)
+    mean = float(np.exp(weights @ levels.values))
+    spread = _excess_of_mean(levels, reduced, weights)
+    sd = mean * float(np.hypot(levels.sd(weights), spread))
+    return Together(status, "", measured, mean, sd, budget=_budget(levels, weights, mean, spread), **pair, **common)
+
+
+def _sense(fit: FitResult) -> float:
+    """A fringe scale falls as the radius grows."""
+    return 1.0 if fit.status == "ok" else -1.0
+
+
+def _levels(numbers: Sequence[Logarithms], alike: frozenset[str], has_camera: bool) -> tuple[_Levels, dict]:
+    """All pictures' levels; with a camera its numbers too, which move them."""
+    singles = [joined([number.view]) for number in numbers]
+    joint = joined([number.view for number in numbers]) if has_camera else None
+    slopes = np.array([number.slope for number in numbers])
+    curvatures = np.array([number.curvature for number in numbers])
+    levels = np.array([number.level for number in numbers])
+    if joint is None:
+        of_image = np.diag([single.covariance.item() for single in singles])
+        of_camera = np.zeros_like(of_image)
+    else:
+        levels = levels + slopes * np.log(joint.curvatures / curvatures)
+        curvatures, of_image, of_camera = joint.curvatures, joint.covariance, joint.of_camera
+    scale = np.outer(slopes / curvatures, slopes / curvatures)
+    parts = {
+        "pictures": scale * (of_image - of_camera),
+        "camera": scale * of_camera,
+        "beside the pictures": np.diag(np.square(slopes * [number.beside for number in numbers])),
+    }
+    for name in sorted({name for number in numbers for name in number.quantities}):
+        sds = np.array([number.quantities.get(name, 0.0) for number in numbers])
+        parts[name] = np.outer(sds, sds) if name in alike else np.diag(np.square(sds))
+    return _Levels(levels, parts), {} if joint is None else joint.shared
+
+
+def _spread(levels: _Levels) -> float:
+    """The variance of pictures of one lens beyond their own: chi-squared is its mean then (Paule and Mandel 1982)."""
+    own, values = levels.covariance + _ridge(levels.covariance), levels.values
+
+    def beyond(spread: float) -> float:
+        covariance = own + spread * np.eye(len(values))
+        residual = values - _weights(covariance) @ values
+        return float(residual @ np.linalg.solve(covariance, residual)) - (len(values) - 1)
+
+    most = float(np.square(values - values.mean()).sum())
+    return optimize.root_scalar(beyond, bracket=(0.0, most)).root if beyond(0.0) > 0 else 0.0
+
+
+def _ridge(covariance: np.ndarray) -> np.ndarray:
+    """A deviation of a millionth of the mean one, since exact pictures have a singular covariance."""
+    return 1e-12 * np.trace(covariance) / len(covariance) * np.eye(len(covariance))
+
+
+def _weights(covariance: np.ndarray) -> np.ndarray:
+    """Of the best mean (Aitken 1935)."""
+    weights = np.linalg.solve(covariance + _ridge(covariance), np.ones(len(covariance)))
+    return weights / weights.sum()
+
+
+def _excess(levels: _Levels, reduced: dict[int, _Levels], weights: np.ndarray) -> float:
+    """What the deviation by leaving out pictures has beyond the formal one, of a number that some pictures have.
+
+    Tukey's jackknife over those that are not among these.
+    """
+    values = []
+    for k, rest in reduced.items():
+        if not weights[k]:
+            values.append(float(np.delete(weights, k) @ rest.values))
+    if len(values) < 2:
+        return 0.0
+    square = (len(values) - 1) / len(values) * float(np.square(np.subtract(values, np.mean(values))).sum())
+    return float(np.sqrt(max(square - levels.sd(weights) ** 2, 0.0)))
+
+
+def _excess_of_mean(levels: _Levels, reduced: dict[int, _Levels], weights: np.ndarray) -> float:
+    """The same of the mean of all pictures."""
+    values = [float(_weights(rest.covariance) @ rest.values) for rest in reduced.values()]
+    if len(values) < 2:
+        return 0.0
+    square = (len(values) - 1) / len(values) * float(np.square(np.subtract(values, np.mean(values))).sum())
+    return float(np.sqrt(max(square - levels.sd(weights) ** 2, 0.0)))
+
+
+def _apart(numbers: Sequence[Logarithms], levels: _Levels, is_one: bool, has_camera: bool) -> list[float | None]:
+    """By how many standard deviations each picture disagrees with the others, in the radius and in the camera."""
+    views, count, apart = [number.view for number in numbers], len(numbers), []
+    for k in range(count):
+        values: list[float] = []
+        if has_camera:
+            values.append(contradiction(views, k))
+        if is_one:
+            beside = np.delete(np.arange(count), k)
+            weights = np.eye(count)[k]
+            weights[beside] -= _weights(levels.covariance[np.ix_(beside, beside)])
+            values.append(abs(float(weights @ levels.values)) / max(levels.sd(weights), 1e-300))
+        apart.append(max(values) if values else None)
+    return apart
+
+
+def _warnings(apart: list[float | None], labels: Sequence[str]) -> list[str]:
+    """The picture that contradicts the others most, beyond what chance does."""
+    sizes = np.array([0.0 if size is None else size for size in apart])
+    if not sizes.max() > stats.norm.isf(_ALARM / 2 / len(apart)):
+        return []
+    if len(apart) == 2:
+        return [Reason.PICTURES_CONTRADICT(size=float(sizes.max()))]
+    return [Reason.PICTURE_CONTRADICTS(name=labels[int(sizes.argmax())], size=float(sizes.max()))]
+
+
+def _budget(levels: _Levels, weights: np.ndarray, value: float, excess: float) -> list[tuple[str, float]]:
+    """Rows in units of the value; what does not count is left out."""
+    rows = {name: float(np.sqrt(max(weights @ part @ weights, 0.0))) for name, part in levels.parts.items()}
+    rows["leaving out pictures"] = excess
+    return [(name, value * row) for name, row in rows.items() if row > 1e-9]

@@ -1,0 +1,45 @@
+"""The verb `together`: from several photographs to one answer."""
+
+from pathlib import Path
+from typing import Any
+
+import fitting
+from fitting.shell import session
+from fitting.shell.answer import Outputs
+from fitting.shell.fit_verb import FitOptions, arguments_of, check_files, check_options
+from fitting.shell.manifest import rows_of_manifest
+from fitting.shell.progress import progress
+
+
+def run(photos: list[Path], shared: tuple[str, ...], options: FitOptions, outputs: Outputs) -> int:
+    """Fit, report, write; the exit status."""
+    pictures = [pair for path in photos for pair in _pictures(path, options)]
+    if len(pictures) < 2:
+        raise ValueError(f"{len(pictures)} photograph is given; give two or more, or `newtonjax fit` it alone")
+    check_files({path: "photograph" for path, _ in pictures})
+    for _, own in pictures:
+        check_options(own)
+        if own.scene is not None:
+            raise ValueError("a manifest names a scene; pictures are put together by the gap formula: leave it out")
+    outputs.check(tuple(path for path, _ in pictures))
+    session.prepare()
+    names = [path.name for path, _ in pictures]
+    with progress(f"fitting {len(names)} photographs"):
+        result = fitting.fit_together(
+            [path for path, _ in pictures], shared=shared, names=names, **_united([own for _, own in pictures])
+        )
+    return outputs.write(result)
+
+
+def _pictures(path: Path, options: FitOptions) -> list[tuple[Path, FitOptions]]:
+    return list(rows_of_manifest(path, options)) if path.suffix.lower() == ".csv" else [(path, options)]
+
+
+def _united(options: list[FitOptions]) -> dict[str, Any]:
+    """The arguments of all pictures: one value where it is the same in all, else a list."""
+    arguments = [arguments_of(own) for own in options]
+    united: dict[str, Any] = {}
+    for name in {name: None for own in arguments for name in own}:
+        values = [own.get(name) for own in arguments]
+        united[name] = values[0] if all(value == values[0] for value in values) else values
+    return united

@@ -1,0 +1,60 @@
+"""Templates of sentences in `reasons.py`, by subject, where that table would be too long with them."""
+
+
+class StudyWords:
+    """Of draws from a posterior, and of studies of a bench."""
+
+    CHAIN_TOO_SHORT = (
+        "the chain of {steps} steps is shorter than {times} autocorrelation times of {slowest:.0f} steps: take at "
+        "least {least} steps"
+    )
+    CHAIN_BEYOND_LIKELIHOOD = (
+        "the posterior extends {excursion:.2g} turns from the fit; the likelihood is accurate to {near:g} turns, and "
+        "draws beyond are missing; include more rings"
+    )
+    UNDETERMINED_COMBINATIONS = "{combinations}"
+    ONLY_PRODUCT_MEASURED = "{together}: only {product} is measured"
+    UNSEEN_CHANGES = "{together}: the image does not change with {changes}"
+    TARGET_UNDETERMINED = "the image does not determine {target} with {beside} free: {why}"
+    NOISE_ABOVE_ACCURACY = "noise alone exceeds the requested accuracy: increase exposure, pixels or rings first"
+    VARIANCE_NOT_RESOLVED = "some fractions of the variance are not resolved by this number of draws; increase draws"
+    DRAW_NOT_CONVERGED = "the fit with {values} (SI units) does not converge: give smaller deviations"
+    DESIGN_UNDETERMINED = (
+        "no starting design determines {target}: a beam misses the field, or a parameter is undetermined"
+    )
+    NO_DESIGN_WITHIN_LIMITS = (
+        "no design within the bounds meets the limits: {limit} stays exceeded; widen bounds or limits"
+    )
+    TOO_MANY_FRINGES = "the field has too many fringes for a smooth forecast: give a smaller field, or fewer rings"
+
+
+class TogetherWords:
+    """Of several pictures in one answer."""
+
+    PICTURE_LEFT_OUT = "{name} was left out: {why}"
+    TOO_FEW_PICTURES = "{count} pictures can be used; at least two are required: see the warnings"
+    PICTURE_CONTRADICTS = (
+        "{name} contradicts the other pictures by {size:.1f} standard deviations in what they share: look at it alone, "
+        "and leave it out if its camera or lens was another"
+    )
+    PICTURES_CONTRADICT = (
+        "the two pictures contradict each other by {size:.1f} standard deviations in what they share; a third one "
+        "tells which is wrong"
+    )
+
+
+class FormWords:
+    """Of the form of a surface."""
+
+    PUPIL_NOT_SEEN = "no edge of an aperture is seen: the form is of the largest circle ({radius:.5g} px); give pupil"
+    PUPIL_TOO_SMALL = "no aperture of at least {least:g} pixels radius is seen; give pupil, or use a larger image"
+    FORM_NO_FRINGES = "no form was found: too few parts of the pupil show evenly spaced fringes; tilt, or mask others"
+    FORM_NOT_CONFIRMED = (
+        "no form was found: the phase of the best one is confirmed in {agreement:.0%} of the pupil; at least "
+        "{least:.0%} is required: give pupil, mask what is no fringe, or tilt the surfaces until the fringes are open"
+    )
+    FORM_FEW_FRINGES = "{fringes:.1f} fringes, some of them perhaps uneven light: at least {least:g} are required; tilt"
+    FORM_NOT_CONVERGED = "the form did not converge; give fewer terms, mask what is no fringe, or tilt the surfaces"
+    FORM_SIGN_OPEN = "the sign of all terms is open, power is shown positive: one image does not tell it; give sign"
+    FORM_SIGN_UNDECIDED = "term {term} is zero within its standard deviation: its sign does not decide that of the form"
+    FORM_RIVALS = "{count} further forms explain the image equally well: tilt the surfaces by more fringes to decide"
