@@ -135,7 +135,7 @@ class Reason(Wording):
     RIVAL_FORM = "fringes up to {size:.2g} turns off a sphere's (coma, trefoil): {shift:+.2%} of the scale with these"
     RIVAL_VIEW_OR_FORM = (
         "the rings are elliptic by {stretch:.2%}: a view at {angle:.1f} degrees, or a lens with two radii {apart:.2%} "
-        "apart, whose mean curvature is that of a radius {share:.2%} smaller"
+        "apart, whose mean curvature is that of a radius {share:.2%} smaller; both make one picture: view_angle decides"
     )
 
     # Frames of a stack.

@@ -19,6 +19,7 @@ from fitting.model.parts import PRICES as PRICES
 from fitting.model.parts import PRIORS as PRIORS
 from fitting.model.parts import RADIAL as RADIAL
 from fitting.model.parts import SEARCHED as SEARCHED
+from fitting.model.parts import STRETCHES as STRETCHES
 from fitting.model.parts import WARPS as WARPS
 from fitting.model.parts import anchors_of as anchors_of
 from fitting.model.parts import free_numbers as free_numbers

@@ -70,6 +70,10 @@ _SPECS = (
     ParameterSpec("light_tilt_y", "β", "rad"),
     ParameterSpec("plate_tilt_x", "α", "rad"),
     ParameterSpec("plate_tilt_y", "β", "rad"),
+    # Of a lens with two radii.
+    ParameterSpec("radius_along", "R₁", "m", RADIUS[:2], True),
+    ParameterSpec("radius_across", "R₂", "m", RADIUS[:2], True),
+    ParameterSpec("astigmatism_axis", "α", "rad"),
     ParameterSpec("fringe_scale", "n s²/(R λ)", "per_px2", (0.0, float("inf"))),
     ParameterSpec("contact_radius", "a", "m", (0.0, float("inf"))),
     # Of the parts of a fit, in the order of its vector. Bounds: cos θ = 0.67 of a view, 15 % at the rim of the field of

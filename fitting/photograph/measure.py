@@ -88,6 +88,8 @@ def fit(
     priors: Mapping[str, tuple[float, float | str]] | None = None,
     axis_px: tuple[float, float] | None = None,
     axis_px_sd: float | None = None,
+    view_angle: float | None = None,
+    view_angle_sd: float | str | None = None,
     progress: Progress = None,
 ) -> FitResult:
     """The lens radius, or another one of radius, wavelength, pixel size and gap index, from an image of rings.
@@ -125,6 +127,10 @@ def fit(
       axis_px, axis_px_sd: where the camera's axis is in the picture, (x, y) [px], of one that has been cut out of a
         larger one: in its middle unless given; the deviation of x and y is 1.5 % of half a diagonal unless given. The
         pixel size and the scale are those on the axis.
+      view_angle, view_angle_sd: against the normal [rad], which way nobody knows. Elliptic rings are those of a view at
+        an angle, or of a lens with two radii: with 0 they are the lens's. The result then has "radius_along" of the
+        steeper meridian, "radius_across" and "astigmatism_axis" among its parameters, and the radius is that of their
+        mean curvature; without, it is their geometric mean, and what is undecided is in the budget.
       progress: True for a bar on the terminal, or a function of (steps done, their number).
 
     What the data cannot give comes back as a status and a message. Raises ValueError and FileNotFoundError for input

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fitting.estimate import Fitted, bends, fringes_of
-from fitting.model import free_numbers, shown_of
+from fitting.model import STRETCHES, free_numbers, shown_of
 from fitting.parameters import (
     EXPONENTS,
     NUMBERS,
@@ -21,14 +21,24 @@ from fitting.parameters import (
     rescaled,
     result_names,
 )
+from fitting.photograph.meridians import Meridians, View, meridians_of
+from fitting.photograph.view_or_form import LEAST, VIEW_OR_FORM
 from fitting.reasons import Reason
 
 
 def measured(
-    fit: Fitted, known: Quantities, contact_phase: float, covariance: np.ndarray, rows: list[tuple[str, float]]
+    fit: Fitted,
+    known: Quantities,
+    contact_phase: float,
+    covariance: np.ndarray,
+    rows: list[tuple[str, float]],
+    view: View | None = None,
 ) -> dict:
-    """The numbers of a `FitResult`, by name; `rows`: (source, deviation of the curvature) of the image itself."""
-    model, frame = fit.model, fit.model.frame
+    """The numbers of a `FitResult`, by name; `rows`: (source, deviation of the curvature) of the image itself.
+
+    `view`: where it is given, the radius of elliptic rings is that of the mean curvature.
+    """
+    model, frame, meridians = fit.model, fit.model.frame, _meridians(fit, covariance, view)
     numbers = Numbers(*fit.numbers)
     offsets = (numbers.centre_x, numbers.centre_y)
     centre = tuple(float(m + c * frame.unit) for m, c in zip(frame.middle, offsets, strict=True))
@@ -76,6 +86,16 @@ def measured(
     percent = 0.01 * values[known.unknown] / EXPONENTS[known.unknown]
     per_percent = {name: abs(percent * EXPONENTS[name]) for name in unstated}
     budget = rows + [(name, abs(effects[name]) * sd) for name, sd in known.sd.items() if sd]
+    radii = {}
+    if meridians is not None:
+        if known.unknown == "radius" and known.plate is None:
+            deviation = float(np.linalg.norm([sd for source, sd in budget if source != VIEW_OR_FORM]))
+            radii = meridians.parameters(values["radius"], deviation)
+        if meridians.is_known:
+            budget, factor = _of_mean_curvature(known, values, budget, meridians)
+            per_percent = {name: factor * change for name, change in per_percent.items()}
+            spread = rescaled(spread, {"curvature": factor})
+            common["covariance"] = block_of(spread, moving)
     if known.plate is not None:
         if reason := lensless(known.plate[0], values["radius"], 0.0):
             return common | {"status": "refused", "message": reason}
@@ -94,6 +114,7 @@ def measured(
             sd = np.hypot(length.sd or 0.0, length.value * relative_sd.get("pixel_size", 0.0))
             parameters[number.name] = replace(length, sd=float(sd))
     given = {name: Parameter(values[name], known.sd.get(name), True, name, UNITS[name]) for name in known.given}
+    of_gap = _parameter("gap", gap, gap_sd, "phase" not in free)
     answer = {known.unknown: Parameter(values[known.unknown], total, False, known.unknown, UNITS[known.unknown])}
     if known.unknown == "radius":
         radius = {
@@ -109,11 +130,34 @@ def measured(
         "radius_sd": total if known.unknown == "radius" else known.sd.get("radius"),
         "gap": gap,
         "contact_radius": parameters["contact_radius"].value if "contact_radius" in parameters else None,
-        "parameters": answer | given | parameters | {"gap": _parameter("gap", gap, gap_sd, "phase" not in free)},
+        "parameters": answer | given | radii | parameters | {"gap": of_gap},
         "budget": budget,
         "per_percent": per_percent,
         **radius,
     }
+
+
+def _meridians(fit: Fitted, covariance: np.ndarray, view: View | None) -> Meridians | None:
+    """The lens's two radii, where the rings are elliptic, or the view is given."""
+    is_round = np.hypot(*(getattr(Numbers(*fit.numbers), name) for name in STRETCHES[0])) < LEAST
+    if "oblique_view" not in fit.parts or (is_round and view is None):
+        return None
+    return meridians_of(fit.numbers, covariance, view)
+
+
+def _of_mean_curvature(
+    known: Quantities, values: dict[str, float], budget: list, meridians: Meridians
+) -> tuple[list, float]:
+    """The budget of the mean curvature's radius, and by what the measured quantity changes; puts it into `values`.
+
+    The rings' radius is the geometric mean R of the two, that of the mean curvature R / cosh m.
+    """
+    flattening, deviation = meridians.flattening
+    exponent = EXPONENTS[known.measured]
+    factor = float(np.exp(flattening / exponent))
+    values[known.measured] *= factor
+    rows = [(source, factor * row) for source, row in budget]
+    return [*rows, (VIEW_OR_FORM, values[known.measured] * deviation / abs(exponent))], factor
 
 
 def _on_plate(known: Quantities, values: dict[str, float], budget: list) -> tuple[list, float]:

@@ -78,6 +78,24 @@ class FitResult(AbstractResult):
         """Photograph less model [rows, columns], None without a fit."""
         return None if self.picture is None else self.picture.photograph.image - self.picture.fitted
 
+    @property
+    def radius_along(self) -> float | None:
+        """Radius of the steeper meridian [m], None where the rings are round or give no radius."""
+        return self._value("radius_along")
+
+    @property
+    def radius_across(self) -> float | None:
+        """Radius of the flatter meridian [m]."""
+        return self._value("radius_across")
+
+    @property
+    def astigmatism_axis(self) -> float | None:
+        """Angle of the steeper meridian [rad], from the image's x axis towards its y axis, 0 to pi."""
+        return self._value("astigmatism_axis")
+
+    def _value(self, name: str) -> float | None:
+        return self.parameters[name].value if name in self.parameters else None
+
     def ring_table(self, kind: str = "dark") -> dict[str, list]:
         """Order and radius of the "dark" or "bright" rings in columns that `fitting.rings` reads: mm, or px unscaled.
 

@@ -19,6 +19,7 @@ from fitting.photograph.rivals import findings_of
 from fitting.photograph.selection import UNFITTED, Choice
 from fitting.photograph.task import Task
 from fitting.photograph.variance import variance_of
+from fitting.photograph.view_or_form import VIEW_OR_FORM
 from fitting.reasons import Reason
 
 # Fringes finer than this [cycles per pixel] are near the camera's limit of a half.
@@ -37,7 +38,8 @@ def report(task: Task, choice: Choice, began: float) -> FitResult:
         "priors": choice.priors,
         "picture": Picture(photograph, fit),
     }
-    common["rivals"], rival_rows = findings_of(fit)
+    decided = () if task.view_angle is None else (VIEW_OR_FORM,)
+    common["rivals"], rival_rows = findings_of(fit, decided)
     by_kind = {kind: [finding for finding in common["rivals"] if finding.consequence == kind] for kind in CONSEQUENCES}
     common["warnings"] += [finding.words for finding in by_kind["warning"]]
     common["model"] |= {finding.rival: str(finding.words) for finding in by_kind["budget"]}
@@ -53,7 +55,9 @@ def report(task: Task, choice: Choice, began: float) -> FitResult:
         return FitResult(
             "refused", Reason.UNDETERMINED(error=str(error)), seconds=time.perf_counter() - began, **common
         )
-    numbers = measured(choice.answer, given, task.contact_phase, covariance, rows + rival_rows)
+    if task.view_angle is not None:
+        common["model"][VIEW_OR_FORM] = f"{task.view_angle.words}; the radius is that of the two radii's mean curvature"
+    numbers = measured(choice.answer, given, task.contact_phase, covariance, rows + rival_rows, task.view_angle)
     if numbers["fringe_scale_sd"] > 0.2 * numbers["fringe_scale_per_px2"]:
         return FitResult("refused", Reason.CURVATURE_UNCERTAIN(), seconds=time.perf_counter() - began, **common)
     rings = rings_of(choice.answer, given, task.contact_phase, covariance)

@@ -1,5 +1,6 @@
 """What a fit is asked: a photograph, what is given of its set-up, and what the user wishes; checked."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -19,6 +20,7 @@ from fitting.parameters import (
 )
 from fitting.photo import Photograph
 from fitting.photo import read as read_photograph
+from fitting.photograph.meridians import View, checked_view
 from fitting.photograph.priors import StatedPrior, axis_priors, checked_axis, checked_priors, forced_parts
 from fitting.photograph.verdict import RefusedError
 from fitting.reasons import Reason
@@ -37,6 +39,7 @@ class Task:
     - `fixed`, `start`: what the user holds, and starts from, by name; `wishes`: whether parts are wanted, by part.
     - `keeps_curve`: whether the user has said how codes follow the light.
     - `priors`: of parts' numbers that are not the default, by name; `scale`: what a grid says of the camera.
+    - `view_angle`: what the user says of it.
     """
 
     photograph: Photograph
@@ -51,6 +54,7 @@ class Task:
     contact_phase: float
     scale: CameraScale | None = None
     priors: dict[str, StatedPrior] = field(default_factory=dict)
+    view_angle: View | None = None
 
 
 def checked_parts(parts) -> dict[str, bool]:
@@ -86,6 +90,10 @@ def task_of(arguments: dict[str, Any]) -> Task:
     given = _quantities(_with_scale(arguments, scale), free, scene)
     fixed, start = checked_fixed(arguments["fixed"]), checked_start(arguments["start"])
     priors = {} if arguments["priors"] is None else checked_priors(arguments["priors"], _in_scene(wishes, scene))
+    has_view = arguments["view_angle"] is not None or arguments["view_angle_sd"] is not None
+    view_angle = checked_view(arguments["view_angle"], arguments["view_angle_sd"]) if has_view else None
+    if view_angle is not None:
+        priors |= _priors_of_view(view_angle, priors, wishes, scene)
     has_axis = arguments["axis_px"] is not None or arguments["axis_px_sd"] is not None
     axis = checked_axis(arguments["axis_px"], arguments["axis_px_sd"], priors) if has_axis else None
     photograph = read_photograph(
@@ -110,8 +118,21 @@ def task_of(arguments: dict[str, Any]) -> Task:
     view, keeps_curve = view if scene is None else scene.view, arguments["transfer"] is not None
     is_guided, contact_phase = bool(fixed or start), 0.5 if view == "reflected" else 0.0
     return Task(
-        photograph, given, view, scene, fixed, start, wishes, keeps_curve, is_guided, contact_phase, scale, priors
-    )
+        photograph, given, view, scene, fixed, start, wishes, keeps_curve, is_guided, contact_phase, scale, priors,
+        view_angle,
+    )  # fmt: skip
+
+
+def _priors_of_view(view: View, priors: Mapping, wishes: Mapping[str, bool], scene: Scene | None) -> dict:
+    """Priors of the rings' stretch. Raises ValueError where something else says it."""
+    if scene is not None:
+        raise ValueError("a scene has its own view: turn its faces (lens_tilt), and leave view_angle out")
+    if wishes.get("oblique_view") is False:
+        raise ValueError("view_angle is that of oblique_view, which parts leaves out; leave one of them out")
+    stretch = view.priors()
+    if both := [name for name in stretch if name in priors]:
+        raise ValueError(f"view_angle and a prior of {both[0]} both say how the rings are stretched; leave one out")
+    return stretch
 
 
 def _in_scene(wishes: dict[str, bool], scene: Scene | None) -> dict[str, bool]:

@@ -7,8 +7,10 @@ from fitting.photograph.remainder import Remainder
 from fitting.photograph.rival import AbstractRival, Finding
 from fitting.reasons import Reason
 
+# The row of the budget.
+VIEW_OR_FORM = "view or form"
 # Stretches below this change nothing: 1 - 1/cosh of it is a millionth of the radius.
-_LEAST = 1.5e-3
+LEAST = 1.5e-3
 # A view at more than this angle [degrees] is taken for less likely than a lens with two radii.
 _LIKELY = 16.5
 
@@ -20,13 +22,13 @@ class ViewOrForm(AbstractRival):
     radius of the mean curvature is R / cosh m. The difference is a row.
     """
 
-    name = "view or form"
+    name = VIEW_OR_FORM
 
     def finding(self, remainder: Remainder) -> Finding | None:
         """By how much the geometric mean exceeds the radius of the mean curvature."""
         numbers = Numbers(*remainder.fit.numbers)
         stretch = float(np.hypot(numbers.stretch, numbers.shear))
-        if stretch < _LEAST:
+        if stretch < LEAST:
             return None
         angle = float(np.degrees(np.arccos(np.exp(-stretch))))
         deviation = 1 - 1 / float(np.cosh(stretch))

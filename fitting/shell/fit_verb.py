@@ -45,6 +45,8 @@ class FitOptions(NamedTuple):
     prior: Mapping[str, tuple[float, float | str]] = MappingProxyType({})
     axis: tuple[float, float] | None = None
     axis_sd: float | None = None
+    view_angle: float | None = None
+    view_angle_sd: float | str | None = None
 
 
 def model_of(values: dict[str, Any]) -> dict[str, Any]:
@@ -215,7 +217,8 @@ def arguments_of(options: FitOptions) -> dict:
 
 def _of_model(options: FitOptions) -> dict[str, Any]:
     """The arguments of `fitting.fit` that say what is known of the parts' numbers."""
-    arguments = {"axis_px": options.axis, "axis_px_sd": options.axis_sd}
+    arguments: dict[str, Any] = {"axis_px": options.axis, "axis_px_sd": options.axis_sd}
+    arguments |= {"view_angle": options.view_angle, "view_angle_sd": options.view_angle_sd}
     named = {name: value for name, value in arguments.items() if value is not None}
     return named | ({"priors": dict(options.prior)} if options.prior else {})
 

@@ -51,6 +51,8 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "prior": lambda text: assignments.priors([text]),
     "axis": assignments.place,
     "axis_sd": quantities.number,
+    "view_angle": quantities.angle,
+    "view_angle_sd": quantities.angle_sd,
 }
 
 

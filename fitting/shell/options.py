@@ -199,4 +199,11 @@ MODEL_OPTIONS = {
             metavar="PIXELS", help="Standard deviation of that, each way.", show_default="1.5 % of half a diagonal"
         ),
     ],
+    "view_angle": Annotated[
+        float | None,
+        option(quantities.angle, "ANGLE", "Angle of view against the normal; 0deg: elliptic rings are the lens's."),
+    ],
+    "view_angle_sd": Annotated[
+        Any, option(quantities.angle_sd, "ANGLE|PERCENT", "Standard deviation of the angle of view.")
+    ],
 }

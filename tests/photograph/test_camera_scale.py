@@ -25,7 +25,7 @@ def scale(**changes):
 def arguments(image, grid):
     names = ("pixel_size", "radius", "gap_index", "wavelength_sd", "pixel_size_sd", "radius_sd", "gap_index_sd")
     names += ("plate_radius", "plate_radius_sd", "view", "scene", "free", "fixed", "start", "transfer", "mask", "parts")
-    names += ("page", "priors", "axis_px", "axis_px_sd")
+    names += ("page", "priors", "axis_px", "axis_px_sd", "view_angle", "view_angle_sd")
     return dict.fromkeys(names, None) | {
         "image": image,
         "scale": grid,
