@@ -7,6 +7,9 @@ few numbers set to zero, so no set takes a pass over the image.
 
 Residuals that err together hold less evidence than their chi-squared says even in units of the correlated variance: the
 correlation is that of the worst direction. The logarithms of all weights are divided by its square root.
+
+A part that a search finds, as a contact, is no number that may be 0: fits with and without it are optima of their own,
+each with a probability by Schwarz's criterion. That is not divided: the price of such a part would vanish.
 """
 
 from collections.abc import Callable, Collection, Iterator
@@ -17,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.estimate import Fitted, pseudo_inverse
-from fitting.model import PARTS, numbers_of
+from fitting.model import PARTS, SEARCHED, anchors_of, numbers_of
 from fitting.parameters import NUMBERS, slots_of
 from fitting.photograph.priors import Priors
 
@@ -47,13 +50,15 @@ class Average:
 class Member:
     """A fit with all parts that may be there, what was known of its numbers, and which sets of parts may be.
 
-    `misfit`: its weighted sum of squares, all members on the same weights.
+    `misfit`: its weighted sum of squares, all members on the same weights; `chance`: probability of the parts that a
+    search has found, of all members that have the same together.
     """
 
     fit: Fitted
     priors: Priors
     sets: list[Parts]
     misfit: float = 0.0
+    chance: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -79,18 +84,40 @@ class Averaging:
         """
         sets = self._all_sets(variance, tuple(fixed_parts), ratio, tuple(held))
         sets = sets if allows is None else [fit for fit in sets if allows(fit.parts)]
+        likeliest = np.array([fit.member.chance for fit in sets])
+        likeliest = likeliest == likeliest.max()
+        if any(part in SEARCHED for part in fixed_parts):
+            # What a searched part's own numbers are, and whether it is there, is one question.
+            sets = [fit for fit, counts in zip(sets, likeliest, strict=True) if counts]
+            likeliest = likeliest[likeliest]
         temper = max(1.0, float(np.sqrt(min(member.fit.correlation for member in self.members))))
         evidence = np.array([fit.evidence for fit in sets])
-        share = np.exp((evidence - evidence.max()) / temper)
+        share = np.zeros(len(sets))
+        for chosen in filter(np.any, (likeliest, ~likeliest)):
+            share[chosen] = np.exp((evidence[chosen] - evidence[chosen].max()) / temper)
+            share[chosen] *= sets[int(np.argmax(chosen))].member.chance / share[chosen].sum()
         share /= share.sum()
-        numbers = np.stack([fit.numbers for fit in sets])
-        mean, count = share @ numbers, len(NUMBERS)
-        covariance = np.tensordot(share, np.stack([fit.covariance for fit in sets]), 1)
-        covariance[:count, :count] += (numbers - mean).T @ (share[:, None] * (numbers - mean))
+        numbers, count = np.stack([fit.numbers for fit in sets]), len(NUMBERS)
+        covariances = np.stack([fit.covariance for fit in sets])
+        within = np.where(likeliest, share, 0.0) / share[likeliest].sum()
+        # Orders and discs of fits with and without a contact are not the same numbers.
+        own = slots_of({*numbers_of(SEARCHED), *anchors_of(SEARCHED)})
+        numbers[~likeliest[:, None] & np.isin(np.arange(count), own)] = 0.0
+        mean = share @ numbers
+        mean[own] = within @ numbers[:, own]
+        apart = numbers - mean
+        apart[np.ix_(~likeliest, own)] = 0.0
+        covariance = np.tensordot(share, covariances, 1)
+        covariance[:count, :count] += apart.T @ (share[:, None] * apart)
+        if not likeliest.all():
+            own_rows = np.tensordot(within, covariances, 1)[own]
+            spread = np.tensordot(within, apart[:, own, None] * apart[:, None], 1)
+            own_rows[:, :count] += spread
+            covariance[own], covariance[:, own] = own_rows, own_rows.T
         weights: dict[Parts, float] = {}
         for weight, fit in zip(share, sets, strict=True):
             weights[fit.parts] = weights.get(fit.parts, 0.0) + float(weight)
-        best = sets[int(share.argmax())]
+        best = sets[int(within.argmax())]
         place = next(at for at, member in enumerate(self.members) if member is best.member)
         return Average(mean, covariance, weights, (best.parts, place, best.numbers))
 

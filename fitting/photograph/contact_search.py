@@ -6,6 +6,7 @@ there.
 
 from collections.abc import Mapping, Sequence
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +19,12 @@ from fitting.photograph.trials import Trial, Trials
 # Steps of each disc's fit before the best ones go on, and how many these are: false optima are near. One that then has
 # so many times the least chi-squared is on none of the best.
 _FIRST_STEPS, _FURTHER, _FALSE = 3, 4, 2.0
+# What a score test says that a part takes of chi-squared, at least, of one that is looked for: discs take up to twice
+# as much as their tangent says (of made pictures with weak ones 15 for 11, 56 for 31), and all that photographs have
+# are far above (49 and more).
+_SEEN = 10.0
+# Odds of exp(this / 2) rule a fit out.
+_NEAR = 10.0
 
 
 def screened(plain: Fitted, wishes: Mapping[str, bool]) -> dict[str, str]:
@@ -32,15 +39,10 @@ def screened(plain: Fitted, wishes: Mapping[str, bool]) -> dict[str, str]:
 
 
 def without_promise(part: str, trial: Trial) -> str | None:
-    """Why a search of a part beside a trial with all warps can come to nothing, from its moments; None where it may.
-
-    A score test bounds what the part takes of chi-squared, in a direction alone and without its anchor; a search is
-    accepted only from the price of its numbers and a clear margin on.
-    """
+    """Why a search of a part beside a trial with all warps can come to nothing, from its moments; None where it may."""
     judge = _Judge([trial], trial.reduced)
     drop = max(_drops(trial, part)) / judge.variance
-    price = PRICES[part] * judge.penalty
-    return None if drop > price + PARTS[part].clear else _words(False, None, drop - price)
+    return None if drop > _SEEN else _words(False, None, drop - PRICES[part] * judge.penalty)
 
 
 def is_open(part: str, wishes: Mapping[str, bool], plain: Fitted, photograph: Photograph) -> bool:
@@ -89,25 +91,38 @@ def search(trials: Trials, part: str, without: Trial) -> list[Trial]:
     return [tight] if trials.is_sane(tight) else []
 
 
+class Rival(NamedTuple):
+    """The trial that was not accepted, with a part or without it, and how probable it is."""
+
+    trial: Trial
+    part: str
+    chance: float
+
+
 def with_or_without(
     without: Trial, searches: Mapping[str, list[Trial]], wishes: Mapping[str, bool], reduced: Reduced
-) -> tuple[Trial, list[tuple[str, Trial]], dict[str, str]]:
-    """The best of the fits with searched parts, or the one without; fits that are not ruled out; and why, by part."""
+) -> tuple[Trial, Rival | None, dict[str, str]]:
+    """The best of the fits with searched parts, or the one without; which of them is not ruled out; and why, by part.
+
+    The criterion's margin in which a part is accepted is the price of its search: half of what it is better by beyond
+    that is the logarithm of the odds.
+    """
     judge = _Judge([without, *chain(*searches.values())], reduced)
-    accepted, rivals, evidence = without, [], {}
+    accepted, rival, evidence = without, None, {}
     for part, fits in searches.items():
         if not fits:
             continue
         best, is_wished = min(fits, key=judge.criterion), wishes.get(part)
         gain = judge.criterion(accepted) - judge.criterion(best)
-        if 0 < gain < PARTS[part].clear and not is_wished:
-            rivals.append((f"{part}, not ruled out", best))
-        if is_wished or gain > PARTS[part].clear:
+        margin = gain - PARTS[part].clear
+        if abs(margin) < _NEAR and not is_wished:
+            rival = Rival(accepted if margin > 0 else best, part, 1 / (1 + float(np.exp(abs(margin) / 2))))
+        if is_wished or margin > 0:
             accepted = best
         evidence[part] = _words(part in accepted.parts, is_wished, gain)
         if part in accepted.parts and wishes.get(lifting := SEARCHED[part].name):
             evidence[lifting] = f"asked for: with {part}"
-    return accepted, rivals, evidence
+    return accepted, rival, evidence
 
 
 def _drops(fit: Fitted | Trial, part: str) -> list[float]:

@@ -65,7 +65,8 @@ def _rows_of_average(averaging: Averaging, variance: float, ratio: float) -> lis
     """Noise with no part free; then what each part adds, sets without it and with it averaged."""
     sets = averaging.members[0].sets
     warps = [part for part in PARTS if any(part in names for names in sets)]
-    searched = [part for part in averaging.members[0].fit.parts if PARTS[part].parameters and part not in warps]
+    fitted = {part for member in averaging.members for part in member.fit.parts}
+    searched = [part for part in PARTS if part in fitted and PARTS[part].parameters and part not in warps]
     least = min(sets, key=len)
 
     def deviation(parts: list[str], fixed_parts: list[str], held: tuple[str, ...] = ()) -> float:

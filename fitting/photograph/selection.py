@@ -26,6 +26,7 @@ from fitting.photo import Photograph, reduce
 from fitting.photograph.averaging import Averaging, Member, Parts, sets_of
 from fitting.photograph.clusters import data_variance, scatter
 from fitting.photograph.contact_search import (
+    Rival,
     is_open,
     may_be_seen,
     screened,
@@ -89,7 +90,8 @@ class Choice(NamedTuple):
 class Complete(NamedTuple):
     """A fit with all parts that may be there.
 
-    - `sets` of warps that may be; `evidence`, `photograph`: as those of a `Choice`; `rivals`: trials not ruled out.
+    - `sets` of warps that may be; `evidence`, `photograph`: as those of a `Choice`.
+    - `rival`: a fit with a searched part more or less that is not ruled out, and how probable it is.
     """
 
     fit: Fitted
@@ -97,7 +99,7 @@ class Complete(NamedTuple):
     priors: Priors
     evidence: dict[str, str]
     photograph: Photograph
-    rivals: tuple[tuple[str, Trial], ...] = ()
+    rival: tuple[Fitted, float] | None = None
 
 
 def complete(
@@ -135,10 +137,20 @@ def complete(
                 evidence[part] = reason
                 continue
         searches[part] = search(trials, part, best)
-    best, rivals, of_searches = with_or_without(best, searches, wishes, trials.reduced)
+    best, rival, of_searches = with_or_without(best, searches, wishes, trials.reduced)
     evidence |= of_searches | _unfitted(wishes, best)
-    fit = _with_trial(trials, best, evidence)
-    return Complete(fit, sets, priors, evidence, photograph, tuple(rivals))
+    fit = Complete(_with_trial(trials, best, evidence), sets, priors, evidence, photograph)
+    return fit if rival is None else _with_rival(fit, trials, rival)
+
+
+def _with_rival(complete: Complete, trials: Trials, rival: Rival) -> Complete:
+    """The same with the robust fit of a trial that is not ruled out."""
+    part, beside = rival.part, _with_trial(trials, rival.trial, {})
+    if not beside.converged or not complete.fit.converged or (part in beside.parts) == (part in complete.fit.parts):
+        return complete
+    chance = rival.chance if part in beside.parts else 1 - rival.chance
+    words = f"{complete.evidence[part]}; probability {chance:.0%}"
+    return complete._replace(evidence=complete.evidence | {part: words}, rival=(beside, rival.chance))
 
 
 def with_another_curve(before: Complete, photograph: Photograph) -> Complete | None:
@@ -147,7 +159,7 @@ def with_another_curve(before: Complete, photograph: Photograph) -> Complete | N
     A contact may have come with the curve.
     """
     fit = before.fit
-    if not fit.converged or set(SEARCHED) & set(fit.parts):
+    if not fit.converged or set(SEARCHED) & set(fit.parts) or before.rival is not None:
         return None
     reduced = reduce(photograph, fit.reduced.grid.block, dtype=fit.reduced.light.dtype.type)
     used = reduced.used & fit.reduced.used
@@ -171,10 +183,11 @@ def averaged(complete: Complete) -> Choice:
         elsewhere = Trials(fit, photograph, {}, complete.priors.cut(), None)
         wider = _with_trial(elsewhere, elsewhere.beside(elsewhere.first), {})
         members.append(Member(wider, elsewhere.priors, complete.sets))
-    rivals = tuple(
-        (words, _with_parts(fit, rival.parts, rival.numbers, complete.priors)) for words, rival in complete.rivals
-    )
-    choice = Choice(fit, complete.evidence, photograph, rivals)
+    if complete.rival is not None:
+        beside, chance = complete.rival
+        members = [replace(member, chance=1 - chance) for member in members]
+        members.append(Member(beside, complete.priors, complete.sets, chance=chance))
+    choice = Choice(fit, complete.evidence, photograph)
     return _averaged(choice, [member for member in members if member.fit.converged])
 
 
@@ -207,7 +220,7 @@ def _averaged(choice: Choice, members: list[Member]) -> Choice:
     misfits = [float((weights * member.fit.left.value**2).sum(dtype=float)) for member in members]
     members = [replace(member, misfit=misfit) for member, misfit in zip(members, misfits, strict=True)]
     warps = max(members[0].sets, key=len)
-    if not warps:
+    if not warps and len(members) == 1:
         return choice._replace(found=members[0].fit)
     averaging = Averaging(tuple(members))
     variance = variance_of(members[int(np.argmin(misfits))].fit)[0]

@@ -96,7 +96,7 @@ class Trials:
         """The same fit on the coarse blocks; its outliers are known."""
         first = self.fit(self.fitted.parts, self.fitted.numbers)
         weighted = replace(self.reduced, weights=tukey(first.left.value, self.reduced))
-        solution = solve(first.solution.problem, weighted, first.numbers, tolerance=self.tolerance)
+        solution = solve(first.solution.problem, weighted, first.numbers)
         return Trial(solution, self.reduced, self.fitted.parts)
 
     def fit(self, parts: tuple[str, ...], numbers: np.ndarray, steps: int = _STEPS) -> Trial:

@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -12,6 +13,7 @@ from experiments.truth.defects import WAVELENGTH, Case, photograph
 from fitting import model
 from fitting.estimate import problem_of, solve
 from fitting.parameters import Numbers
+from newtonjax.scene import hertz_gap
 
 CASE = Case("none", 1.0, 10e-6, 384, (200.0, 180.0), 0.0, 0.05, 3, 12.0)
 PARTS = {
@@ -60,6 +62,34 @@ def test_contact_radius_comes_out_with_its_deviation():
     assert abs(parameter.value - 0.3e-3) < 4 * parameter.sd < 0.01e-3
     assert result.model["contact"].startswith("asked for")
     assert "contact_radius" in result.names
+
+
+def test_a_contact_that_may_be_there_is_averaged_over():
+    y, x = np.mgrid[:384, :384] * 10e-6
+    r2 = jnp.asarray((x - 2e-3) ** 2 + (y - 1.8e-3) ** 2)
+    gap = np.asarray(hertz_gap(r2, jnp.asarray(0.16e-3**2))) / 2
+    image = 0.5 - 0.4 * np.cos(4 * np.pi * gap / WAVELENGTH) + 0.4 * np.random.default_rng(1).normal(size=x.shape)
+
+    def answer(**given):
+        warps = dict.fromkeys(("oblique_view", "distortion", "fifth_order", "lens_form"), False)
+        scale = {"wavelength": WAVELENGTH, "pixel_size": 10e-6}
+        return fitting.fit(image, **scale, transfer="linear", parts=warps | given)
+
+    average, pressed, plain = answer(), answer(contact=True), answer(contact=False)
+    chance = float(re.search(r"probability (\d+)%", average.model["contact"])[1]) / 100
+    assert 0.02 < chance < 0.98
+    scales, sds = (
+        np.array([getattr(fit, name) for fit in (pressed, plain)])
+        for name in ("fringe_scale_per_px2", "fringe_scale_sd")
+    )
+    weights = np.array([chance, 1 - chance])
+    mean = weights @ scales
+    # The chance is printed in whole percent, and the fits that are averaged are those on blocks.
+    assert abs(average.fringe_scale_per_px2 - mean) < 0.01 * np.ptp(scales) + 0.2 * sds.max()
+    mixed = float(np.sqrt(weights @ (sds**2 + (scales - mean) ** 2)))
+    # Clusters of residuals, which a fit without the contact has, make it wider.
+    assert 0.9 * mixed < average.fringe_scale_sd < 1.5 * mixed
+    assert "contact" in dict(average.budget)
 
 
 def test_wishes_are_kept():
