@@ -140,13 +140,13 @@ def demo(folder: Path, force: bool) -> int:
     """Fit the sample and compare with its truth; the exit status."""
     data = files("fitting") / "data"
     sample = tomllib.loads((data / "sample.toml").read_text(encoding="utf-8"))
-    outputs = Outputs(folder=folder, force=force)
+    outputs = Outputs(folder=folder, force=force, more=("report.html", *_RING_TABLES.values()))
     with as_file(data / "sample.png") as photo:
         _check(photo, FitOptions(), outputs)
         session.prepare()
         with progress("fitting the sample"):
             result = fitting.fit(photo, **sample["given"])
-    status = outputs.write(result)
+        status = outputs.write(result, Extras(files=partial(_files, result, photo, None)))
     print(_comparison(result, sample["truth"]["radius"]))
     print(f"picture: {outputs.in_folder()['picture']}")
     return status
