@@ -13,6 +13,7 @@ BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 pytestmark = pytest.mark.skipif(BROWSER is None, reason="there is no chromium here (make browser)")
 SAMPLE = files("fitting") / "data" / "sample.png"
 SIZES = {"desktop": {"width": 1200, "height": 900}, "phone": {"width": 390, "height": 844}}
+BOTH = pytest.mark.parametrize("view", [("desktop", "light"), ("phone", "dark")], ids="-".join, indirect=True)
 # A loaded machine may need this long for what takes a second [ms].
 PATIENCE = 60_000
 
@@ -25,10 +26,10 @@ def browser():
         chromium.close()
 
 
-@pytest.fixture(params=[("desktop", "light"), ("phone", "dark")], ids="-".join)
+@pytest.fixture
 def view(browser, page, request):
     """The page in a new window, which asks no other address and complains of nothing."""
-    size, scheme = request.param
+    size, scheme = getattr(request, "param", ("desktop", "light"))
     window = browser.new_page(viewport=SIZES[size], color_scheme=scheme)
     window.set_default_timeout(PATIENCE)
     complaints, addresses = [], []
@@ -53,6 +54,7 @@ def check_access(window) -> None:
     assert window.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
 
 
+@BOTH
 def test_a_photograph_is_measured_and_its_files_are_kept(view, tmp_path):
     (tmp_path / "no <b>picture.png").write_bytes(b"text")
     view.set_input_files("#photograph", tmp_path / "no <b>picture.png")
@@ -98,6 +100,7 @@ def test_a_region_and_two_clicks_narrow_and_scale_the_sample(view):
     check_access(view)
 
 
+@BOTH
 def test_the_bench_follows_its_sliders(view):
     view.get_by_role("tab", name="Virtual bench").click()
     view.wait_for_function("Number(document.getElementById('bench')?.dataset.drawn) > 0")
