@@ -17,7 +17,7 @@ def with_worker(folder, work):
         try:
             return await work(worker)
         finally:
-            worker.stop()
+            worker.close()
 
     return asyncio.run(run())
 

@@ -58,8 +58,8 @@ def parts(folder: Path, hosts: tuple[str, ...], says: str = "") -> Parts:
         if says:
             print(says, flush=True)
         yield
-        photographs.stop()
-        bench.stop()
+        photographs.close()
+        bench.close()
 
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None, lifespan=lifespan)
     with_routes(app, sessions, bench)

@@ -11,6 +11,8 @@ from typing import Any
 
 from fitting.shell.page.serving import ANSWERED, ENDED, FAILED, READY, serve
 
+# Between the end of a process that was cancelled and the start of the next [s].
+_MOMENT = 0.1
 Listener = Callable[[str, Any], None]
 
 
@@ -31,7 +33,7 @@ class Worker:
         self._one_at_a_time = asyncio.Lock()
         self._process: Any = None
         self._pipe: Any = None
-        self._started, self._is_ready = asyncio.Event(), False
+        self._started, self._is_ready, self._is_closed = asyncio.Event(), False, False
         self._answer: asyncio.Future | None = None
         self._listener: Listener | None = None
         self.waiting = 0
@@ -49,7 +51,7 @@ class Worker:
 
     def start(self) -> None:
         """Start the process, unless it runs; wants a running event loop."""
-        if self._process is not None and self._process.is_alive():
+        if self._is_closed or (self._process is not None and self._process.is_alive()):
             return
         # A process that runs JAX has threads, and must not fork; nor may its children inherit them.
         context = multiprocessing.get_context("spawn")
@@ -66,13 +68,19 @@ class Worker:
 
     def stop(self) -> None:
         """Kill the process, if there is one, and empty its folder."""
-        if self._process is not None:
-            self._process.kill()
-            self._process.join()
-            self._process = None
+        process, self._process, self._pipe = self._process, None, None
+        self._is_ready = False
+        if process is not None:
+            process.kill()
+            process.join()
         for path in self._files.glob("*"):
             path.unlink(missing_ok=True)
-        self._is_ready = False
+
+    def close(self) -> None:
+        """Stop, and start no other process."""
+        self._is_closed = True
+        self.stop()
+        self._started.set()
 
     async def call(self, task: str, *arguments: Any, listener: Listener | None = None) -> Any:
         """What a task of `serving.TASKS` returns; `listener` is called with the kind and content of what it tells.
@@ -102,8 +110,9 @@ class Worker:
                 pipe.send((task, arguments))
             return await answer
         except asyncio.CancelledError:
-            self.stop()
-            self.start()
+            await asyncio.to_thread(self.stop)
+            # The person sees first that it has ended: to start another one takes a moment.
+            asyncio.get_running_loop().call_later(_MOMENT, self.start)
             raise
         except OSError as error:
             raise WorkError(f"the worker process has ended ({error}); try again") from None
