@@ -7,6 +7,7 @@ from newtonjax.benches import save_scene as save_scene
 from newtonjax.fields import meeting_height as meeting_height
 from newtonjax.methods import Chebyshev as Chebyshev
 from newtonjax.methods import ClosedForm as ClosedForm
+from newtonjax.methods import OverSource as OverSource
 from newtonjax.methods import Splat as Splat
 from newtonjax.methods import Traced as Traced
 from newtonjax.methods import splat as splat
@@ -23,6 +24,7 @@ from newtonjax.scene import Camera as Camera
 from newtonjax.scene import ChebyshevFigure as ChebyshevFigure
 from newtonjax.scene import Coating as Coating
 from newtonjax.scene import CollectingLens as CollectingLens
+from newtonjax.scene import Extent as Extent
 from newtonjax.scene import Light as Light
 from newtonjax.scene import Response as Response
 from newtonjax.scene import Scene as Scene

@@ -14,6 +14,7 @@ Kind = Literal[
 Test = Literal[
     "finite", "radius", "wavelength", "index", "height", "thickness", "tilt", "tilts", "angles", "view", "screen",
     "names", "fraction", "light", "terms", "coating",
+    "radius_of_source", "aperture",
 ]  # fmt: skip
 
 
@@ -81,6 +82,11 @@ ARGUMENTS = (
              _TILTS, "tilts"),
     Argument("light_tilt", "angles", (0.0, 0.0), "none", "Rotations of the light's direction about x and y.",
              _ANGLES, "angles"),
+    Argument("angular_radius", "angle", None, "none", "Angular radius of a round source; none is parallel light.",
+             f"0 or more, {TILT.words}, or None", "radius_of_source"),
+    Argument("numerical_aperture", "number", None, "none",
+             "Numerical aperture of a microscope that lights the gap and sees it.",
+             "a number from 0 to below 2, or None", "aperture"),
     Argument("polarization", "angle", None, "unpolarized", "Linear polarization from x towards y.",
              "a finite angle in radians, or None for unpolarized light", "finite"),
     Argument("polarization_degree", "fraction", None, "1 with a polarization", "Degree of polarization.",

@@ -22,6 +22,8 @@ _TESTS = {
     "thickness": THICKNESS.holds,
     "tilt": TILT.holds,
     "tilts": TILT.holds,
+    "radius_of_source": lambda value: TILT.holds(value) & (value >= 0),
+    "aperture": lambda value: (value >= 0) & (value < 2),
     "screen": DISTANCE.holds,
     "fraction": lambda value: (value >= 0) & (value <= 1),
 }

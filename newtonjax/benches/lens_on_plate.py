@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from newtonjax.benches.checks import checked
-from newtonjax.numerics import Scalar, Vector2
+from newtonjax.numerics import Scalar, Vector2, namespace
 from newtonjax.scene import (
     AllOrders,
     Coating,
     CollectingLens,
+    Extent,
     Light,
     Scene,
     Shield,
@@ -50,6 +51,8 @@ def newton_rings(
     lens_tilt: Vector2 = (0.0, 0.0),
     plate_tilt: Vector2 = (0.0, 0.0),
     light_tilt: Vector2 = (0.0, 0.0),
+    angular_radius: Scalar | None = None,
+    numerical_aperture: Scalar | None = None,
     polarization: Scalar | None = None,
     polarization_degree: Scalar | None = None,
     beams: Sequence[str] | str | None = None,
@@ -84,6 +87,8 @@ def newton_rings(
       lens_index, plate_index, gap_index, ambient_index: refractive indices.
       lens_thickness, plate_thickness: on the axis [m].
       lens_tilt, plate_tilt: rotations about x and y [rad], of the lens about its apex, of the plate about the origin.
+      angular_radius: of a round source, as seen from the bench [rad]; other shapes are an `Extent` of the `Light`.
+      numerical_aperture: of a microscope that lights the gap and sees it through one objective; it is such a source.
       light_tilt, polarization, polarization_degree: as in `Light`.
       lens_coating, plate_coating: on the faces of the gap, as a `Coating` or the words for one that `coating` takes;
         with one all orders in the gap are summed.
@@ -121,7 +126,15 @@ def newton_rings(
             Surface(0.0, _point_on_axis(plate_axis, -plate_thickness), plate_tilt),
         ),
         media=(ambient_index, lens_index, gap_index, plate_index, ambient_index),
-        light=_light(light, wavelength, ambient_index, light_tilt, polarization, polarization_degree),
+        light=_light(
+            light,
+            wavelength,
+            ambient_index,
+            light_tilt,
+            polarization,
+            polarization_degree,
+            _extent(angular_radius, numerical_aperture, ambient_index),
+        ),
         screen=Surface(0.0, (0.0, 0.0, height)),
         beams=_PAIRS[view],
     )
@@ -130,12 +143,23 @@ def newton_rings(
     return _with_options(scene, screen, beams, shield, collecting_lens)
 
 
-def _light(light: str | Spectrum | None, wavelength: Scalar, ambient_index: Scalar, tilt, angle, degree) -> Light:
+def _light(
+    light: str | Spectrum | None, wavelength: Scalar, ambient_index: Scalar, tilt, angle, degree, extent
+) -> Light:
     """The light of a wavelength, or of a spectrum; a spectrum of one sharp line is its wavelength."""
     spectrum = lamp(light, ambient_index) if isinstance(light, str) else light
     if spectrum is not None:
         wavelength, spectrum = spectrum.wavelength, None if spectrum.is_sharp_line() else spectrum
-    return Light(wavelength, tilt, angle, degree=degree, spectrum=spectrum)
+    return Light(wavelength, tilt, angle, degree=degree, spectrum=spectrum, extent=extent)
+
+
+def _extent(angular_radius: Scalar | None, numerical_aperture: Scalar | None, ambient_index: Scalar) -> Extent | None:
+    """The source of an angular radius [rad], or of an objective. Raises ValueError where both are given."""
+    if angular_radius is not None and numerical_aperture is not None:
+        raise ValueError("angular_radius and numerical_aperture are both given; allowed: one of them")
+    if angular_radius is not None:
+        return Extent(namespace(angular_radius).sin(angular_radius))
+    return None if numerical_aperture is None else Extent(numerical_aperture / ambient_index)
 
 
 def _zernike(coefficients, radius) -> Zernike | None:
@@ -191,6 +215,8 @@ def air_wedge(
     plate_thickness: Scalar = 5e-3,
     plate_tilt: Vector2 = (0.0, 0.0),
     light_tilt: Vector2 = (0.0, 0.0),
+    angular_radius: Scalar | None = None,
+    numerical_aperture: Scalar | None = None,
     polarization: Scalar | None = None,
     polarization_degree: Scalar | None = None,
     beams: Sequence[str] | str | None = None,
@@ -210,6 +236,7 @@ def air_wedge(
       lens_thickness, plate_thickness: of the upper and of the lower plate [m].
       plate_tilt: rotations of the lower plate about x and y [rad]; the gap's angle is the difference of the plates'.
       wavelength, light, gap_index, ambient_index: as in `newton_rings`, and so are view, screen, light_tilt,
+        angular_radius, numerical_aperture,
         polarization, polarization_degree, beams, lens_coating (of the upper plate), plate_coating, shield and
         collecting_lens.
 
@@ -232,6 +259,8 @@ def air_wedge(
         lens_tilt=(0.0 * wedge_angle, -wedge_angle),
         plate_tilt=plate_tilt,
         light_tilt=light_tilt,
+        angular_radius=angular_radius,
+        numerical_aperture=numerical_aperture,
         polarization=polarization,
         polarization_degree=polarization_degree,
         beams=beams,

@@ -12,13 +12,14 @@ import tomli_w
 
 from newtonjax.benches import lens_on_plate
 from newtonjax.benches.arguments import BENCHES, Argument, arguments_of, refuse_old_names
-from newtonjax.benches.coating_tables import ALL_ORDERS, orders_of, table_of_orders
 from newtonjax.benches.figure_tables import FIGURE, figure_of, table_of
+from newtonjax.benches.light_tables import ALL_ORDERS, EXTENT, extent_of, orders_of, table_of_extent, table_of_orders
 from newtonjax.numerics import Scalar, Vector2, Vector3, path_of, require_concrete, shown
 from newtonjax.scene import (
     AbstractFigure,
     Camera,
     CollectingLens,
+    Extent,
     Light,
     Response,
     Scene,
@@ -67,6 +68,7 @@ _IN_TOML = {
     Response | None: Literal["cie_1931"] | None,
     Terms | None: Numbers | None,
     AbstractFigure | None: FIGURE | None,
+    Extent | None: EXTENT | None,
 }
 
 
@@ -229,6 +231,8 @@ def _made(name: str, table: msgspec.Struct | None, where: str | None = None) -> 
         words = msgspec.structs.asdict(table)
         if "figure" in words:
             words["figure"] = figure_of(words["figure"])
+        if "extent" in words:
+            words["extent"] = extent_of(words["extent"])
         return _PARTS[name](**words)
     except ValueError as error:
         raise ValueError(f"{_heading(where or name)} {str(error).removeprefix(f'{name}.')}") from None
@@ -282,6 +286,8 @@ def _plain(value: Any) -> Any:
         return "cie_1931"
     if isinstance(value, Spectrum):
         return _SPECTRUM(**{name: _plain(getattr(value, name)) for name in _SPECTRUM.__struct_fields__})
+    if isinstance(value, Extent):
+        return table_of_extent(value)
     if isinstance(value, AbstractFigure):
         return table_of(value)
     numbers = np.asarray(value, dtype=float).tolist()

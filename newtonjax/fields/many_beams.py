@@ -10,11 +10,13 @@ since harmonic m is first g^(m-1) (Born and Wolf, Principles of Optics, section 
 
 from typing import Any, NamedTuple
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Complex, Float
 
 from newtonjax.numerics import as_complex, namespace
-from newtonjax.scene import Lines, Scene, face_amplitudes, itinerary, required_gap
+from newtonjax.scene import FaceAmplitudes, Lines, Scene, face_amplitudes, itinerary, required_gap
 
 # Of traced numbers the number of harmonics that matter is not known: with widths so many are summed.
 _TRACED_HARMONICS = 32
@@ -40,20 +42,22 @@ def airy_pixels(parts: tuple[Float[Any, "..."], ...], cosine: Float[Any, "..."],
     return level + 2 * excess / (squared - 2 * (round_trip * cosine - turned * sine))
 
 
-def airy_of(scene: Scene, wavelengths: Float[Any, "..."], sines: Float[Any, "..."]) -> Airy:
-    """All orders in a scene's gap, of s and p polarization, [2, ...].
+def airy_of(scene: Scene, wavelengths: Float[Any, "..."], squares: Float[Any, "..."]) -> Airy:
+    """All orders in a scene's gap, or its two beams where it asks for no more, of s and p polarization, [2, ...].
 
-    - `wavelengths`: in vacuum [m]; `sines`: of the light's angle in the first medium, times its refractive index.
+    - `wavelengths`: in vacuum [m]; `squares`: of n sin θ, the same in all media.
 
     What the other faces of the bench reflect is lost. Raises ValueError where the scene's beams have no gap.
     """
     upper, orders, media = required_gap(scene), scene.all_orders, scene.media
     coatings = (None, None) if orders is None else (orders.upper, orders.lower)
     gap = media[upper + 1]
-    above = face_amplitudes(coatings[0], media[upper], gap, wavelengths, sines)
-    below = face_amplitudes(coatings[1], media[upper + 2], gap, wavelengths, sines)
-    passed = _passed_outside(scene, upper, wavelengths, sines)
+    above = face_amplitudes(coatings[0], media[upper], gap, wavelengths, squares)
+    below = face_amplitudes(coatings[1], media[upper + 2], gap, wavelengths, squares)
+    passed = _passed_outside(scene, upper, wavelengths, squares)
     round_trip = above.inside * below.inside
+    if orders is None:
+        return _two_beams(scene.view, passed, above, below)
     stored = 1 / (1 - _square(round_trip))
     if scene.view == "transmitted":
         level = passed * above.transmittance * below.transmittance * stored
@@ -64,14 +68,26 @@ def airy_of(scene: Scene, wavelengths: Float[Any, "..."], sines: Float[Any, "...
     return Airy(level, as_complex(passed) * first, round_trip)
 
 
-def _passed_outside(scene: Scene, upper: int, wavelengths, sines) -> Float[Any, "2 ..."]:
+def _two_beams(view: str, passed: Float[Any, "2 ..."], above: FaceAmplitudes, below: FaceAmplitudes) -> Airy:
+    """The first two orders alone: as all of them of an amplitude of no further round trip."""
+    none = 0.0 * above.inside
+    if view == "transmitted":
+        again = above.inside * below.inside
+        level = passed * above.transmittance * below.transmittance
+        return Airy(level * (1 + _square(again)), as_complex(level) * again, none)
+    entering = above.through * below.inside
+    level = passed * (_square(above.outside) + _square(entering))
+    return Airy(level, as_complex(passed) * entering * above.outside.conj(), none)
+
+
+def _passed_outside(scene: Scene, upper: int, wavelengths, squares) -> Float[Any, "2 ..."]:
     """Share of the flux that the faces outside of the gap let pass, there and back."""
-    xp = namespace(scene.media, wavelengths, sines)
+    xp = namespace(scene.media, wavelengths, squares)
     path = itinerary(min(scene.beams, key=len), len(scene.surfaces))
-    passed = xp.ones((2, *xp.broadcast_shapes(xp.shape(wavelengths), xp.shape(sines))))
+    passed = xp.ones((2, *xp.broadcast_shapes(xp.shape(wavelengths), xp.shape(squares))))
     for surface, before, beyond in zip(path.surface, path.before, path.beyond, strict=True):
         if surface not in (upper, upper + 1):
-            face = face_amplitudes(None, scene.media[before], scene.media[beyond], wavelengths, sines)
+            face = face_amplitudes(None, scene.media[before], scene.media[beyond], wavelengths, squares)
             passed = passed * face.transmittance
     return passed
 
@@ -100,12 +116,18 @@ def airy_in_lines(
       traced numbers.
     """
     xp = namespace(airy, lines, powers, shares, cosines, turns)
+
+    def add(total, point):
+        of_point, cosine, share = point
+        of_lines = _of_lines(xp, of_point, lines, turns * cosine, count)
+        return total + powers @ (share[:, None, None] * of_lines).sum(axis=0), None
+
     total = xp.zeros((len(powers), len(turns)))
-    for point in range(len(cosines)):
-        at = turns * cosines[point]
-        of_point = Airy(*(part[..., point] for part in airy))
-        for_lines = (shares[:, point, None, None] * _of_lines(xp, of_point, lines, at, count)).sum(axis=0)
-        total = total + powers @ for_lines
+    points = (Airy(*(xp.moveaxis(xp.asarray(part), -1, 0) for part in airy)), cosines, xp.asarray(shares).T)
+    if xp is jnp:
+        return jax.lax.scan(add, total, jax.tree.map(jnp.asarray, points))[0]
+    for point in zip(*points[0], *points[1:], strict=True):
+        total, _ = add(total, (Airy(*point[:3]), *point[3:]))
     return total
 
 

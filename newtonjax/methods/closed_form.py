@@ -21,8 +21,9 @@ from newtonjax.fields import (
 )
 from newtonjax.methods.base import CALL, AbstractMethod, CannotHonourError, pass_share
 from newtonjax.methods.closed_form_float32 import closed_turns
-from newtonjax.methods.many_beams import all_orders, profile_of
+from newtonjax.methods.many_beams import by_profile, profile_of
 from newtonjax.methods.many_wavelengths import equal_thickness, has_channels, one_line
+from newtonjax.methods.source_directions import error_of_profile
 from newtonjax.numerics import cos_turns, is_concrete, require_concrete
 from newtonjax.scene import (
     Camera,
@@ -84,8 +85,8 @@ class ClosedForm(AbstractMethod):
         return 30
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns *channels"]:
-        if scene.all_orders is not None:
-            return all_orders(scene, camera, self.table_error)
+        if scene.all_orders is not None or scene.light.extent is not None:
+            return by_profile(scene, camera, self.table_error)
         if has_channels(scene.light, camera):
             return equal_thickness(scene, camera, self.table_error)
         x, y = camera.axes()
@@ -113,8 +114,11 @@ class ClosedForm(AbstractMethod):
         if not fields.arrives.all():
             return ErrorEstimate(np.inf, np.inf)
         phase, intensity = self.error_against(fields, line, camera)
+        if scene.light.extent is not None:
+            intensity += error_of_profile(scene, camera)
         if scene.all_orders is not None:
-            return self.error_of_orders(phase, scene, camera)
+            from_orders = self.error_of_orders(phase, scene, camera)
+            return from_orders._replace(intensity=max(from_orders.intensity, intensity))
         if not has_channels(scene.light, camera):
             return ErrorEstimate(phase, intensity)
         stretch = channels_of(scene.light, None).lines.ratios.max()
@@ -123,9 +127,9 @@ class ClosedForm(AbstractMethod):
     def error_of_orders(self, phase: float, scene: Scene, camera: Camera) -> ErrorEstimate:
         """What an error of the phase [turns] makes of all orders in the gap: the steepest slope of their profile."""
         steps = np.linspace(0.0, 1.0, _STEPS)
-        profile = profile_of(scene, camera, steps)
+        profile = profile_of(scene, camera).at(steps)
         slope = abs(np.diff(profile)).max() * (_STEPS - 1)
-        of_table = 0.0 if scene.light.spectrum is None else self.table_error
+        of_table = 0.0 if one_line(scene).light is scene.light else self.table_error
         return ErrorEstimate(phase, float(phase * slope / profile.max()) + of_table)
 
     def error_against(self, fields: Fields, scene: Scene, camera: Camera) -> ErrorEstimate:

@@ -1,9 +1,10 @@
-"""Images of all orders in the gap, where the bench has a closed form: functions of the path difference alone.
+"""Images that are functions of the path difference alone, where the bench has a closed form.
 
-Of one sharp line Airy's sum at every pixel; of more, tables of it as for many wavelengths.
+All orders in the gap, or two beams, and light of many directions: of one term Airy's sum at every pixel; of more lines
+or directions tables of the whole sum, as for many wavelengths.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -24,49 +25,84 @@ from newtonjax.fields import (
     tabulated,
 )
 from newtonjax.methods.closed_form_float32 import closed_turns
-from newtonjax.methods.many_wavelengths import path_range, require_points
-from newtonjax.numerics import cosine_and_sine, fraction, is_concrete
-from newtonjax.scene import Camera, Channels, Gap, Lines, Scene, Surface, channels_of, gap_between
+from newtonjax.methods.gap_paths import path_range, source_points
+from newtonjax.methods.many_wavelengths import require_points
+from newtonjax.numerics import cosine_and_sine, fraction, is_concrete, namespace
+from newtonjax.scene import Camera, Channels, Directions, Gap, Light, Lines, Scene, Surface, channels_of, gap_between
 
 # Of traced numbers neither range nor harmonics are known: a table of so many panels.
 _TRACED = Table(256, over_carrier=False, error=1e-4)
-# Sources in parallel light: one direction, in which both polarizations have the same amplitudes.
-_SINES, _COSINES, _SHARES = np.zeros(1), np.ones(1), np.full((2, 1), 0.5)
 
 
-def all_orders(scene: Scene, camera: Camera, tolerance: float) -> Float[Array, "rows columns *channels"]:
-    """All orders between the faces of the gap, errors of a table within a tolerance of the fringes' amplitude.
+class Profile(NamedTuple):
+    """What a pixel takes as a function of the path difference.
+
+    - `channels`: of light and camera; `airy`: orders of each polarization, line and direction, [2, lines, directions].
+    - `shares`: of polarizations and directions, [2, directions]; `cosines`: of the light's angle in the gap.
+    - `harmonics`: that count; None where numbers are traced.
+    """
+
+    channels: Channels
+    airy: Airy
+    shares: Float[Any, "2 directions"]
+    cosines: Float[Any, " directions"]
+    harmonics: int | None
+
+    def at(self, turns: Float[Any, " n"]) -> Float[Any, "channels n"]:
+        """In each channel, at path differences [turns of the mean wavenumber]."""
+        lines, powers = self.channels
+        return airy_in_lines(self.airy, lines, powers, self.shares, self.cosines, turns, self.harmonics)
+
+
+def by_profile(scene: Scene, camera: Camera, tolerance: float) -> Float[Array, "rows columns *channels"]:
+    """An image by its profile, errors of a table within a tolerance of the fringes' amplitude.
 
     Raises ValueError for a camera of pixels that are means, and where a table would be too large.
     """
-    require_points(camera, "all_orders")
-    gap, channels = gap_between(scene), channels_of(scene.light, camera.response)
-    airy = orders_in_lines(scene, channels)
-    if len(channels.lines.ratios) == 1 and _is_sharp(channels.lines):
-        term = Airy(*(part[0, 0, 0] for part in airy))
+    require_points(camera, "ClosedForm()")
+    gap, profile = gap_between(scene), profile_of(scene, camera, tolerance)
+    channels = profile.channels
+    if len(channels.lines.ratios) == 1 and len(profile.cosines) == 1 and _is_sharp(channels.lines):
+        term = Airy(*(part[0, 0, 0] for part in profile.airy))
         image = _one_term(scene, camera, gap, term)[..., None] * jnp.asarray(channels.powers[:, 0])
     else:
-        image = _by_table(scene, camera, gap, channels, airy, tolerance)
+        image = _by_table(scene, camera, gap, profile, tolerance)
     return image if camera.response is not None else image[..., 0]
 
 
-def orders_in_lines(scene: Scene, channels: Channels) -> Airy:
-    """All orders of each polarization, line and direction of the light, [2, lines, directions]."""
-    return airy_of(scene, (scene.wavelength / channels.lines.ratios)[:, None], _SINES[None])
-
-
-def profile_of(scene: Scene, camera: Camera, turns: Float[np.ndarray, " n"]) -> Float[np.ndarray, "channels n"]:
-    """What each channel takes at path differences [turns of the mean wavenumber], of known numbers."""
+def profile_of(scene: Scene, camera: Camera, tolerance: float = 1e-6) -> Profile:
+    """The profile of a scene's gap; harmonics and directions by a tolerance."""
     channels = channels_of(scene.light, camera.response)
-    airy = orders_in_lines(scene, channels)
-    count = harmonics_of(airy, 1e-6)
-    return airy_in_lines(airy, channels.lines, channels.powers, _SHARES, _COSINES, turns, count)
+    index = scene.media[0]
+    directions = source_points(scene, camera, 0.1 * tolerance)
+    squares = directions.squares() * (index * index)
+    gap = gap_between(scene).refractive_index
+    xp = namespace(squares, gap)
+    airy = airy_of(scene, (scene.wavelength / channels.lines.ratios)[:, None], squares[None])
+    count = harmonics_of(airy, tolerance) if is_concrete(scene) else None
+    return Profile(channels, airy, _shares(scene.light, directions), xp.sqrt(1 - squares / (gap * gap)), count)
+
+
+def _shares(light: Light, directions: Directions) -> Float[Any, "2 directions"]:
+    """Of s and p polarization: half each, but for a map in polarized light (Born and Wolf, section 1.4.2)."""
+    weights, extent = directions.weights, light.extent
+    xp = namespace(light, directions)
+    if light.polarization is None or extent is None or extent.radiances is None:
+        return xp.stack([weights, weights]) / 2
+    degree = 1.0 if light.degree is None else light.degree
+    if light.ellipticity is not None:
+        degree = degree * xp.cos(2 * light.ellipticity)
+    along = directions.x * xp.cos(light.polarization) + directions.y * xp.sin(light.polarization)
+    squares = directions.squares()
+    of_plane = xp.where(squares > 0, along * along / xp.where(squares > 0, squares, 1.0), 0.5)
+    in_plane = 0.5 + degree * (of_plane - 0.5)
+    return xp.stack([1 - in_plane, in_plane]) * weights
 
 
 def change_by_orders(scene: Scene, camera: Camera) -> float:
     """Largest change of intensity over the peak between all orders in the gap and its two beams on bare glass."""
     turns = np.linspace(0.0, 1.0, 1001)
-    profile = profile_of(scene, camera, turns)
+    profile = profile_of(scene, camera).at(turns)
     background, mutual = closed_amplitudes(scene)
     level = channels_of(scene.light, camera.response).powers.sum(axis=1)
     two_beams = level[:, None] * (background + mutual * np.cos(2 * np.pi * turns))
@@ -93,18 +129,14 @@ def _airy(gap: Gap, wavenumber, parts, x, y) -> Float[Array, "rows columns"]:
     return jax.lax.cond(gap.is_shallow(x, y), lambda: image(Surface.shallow_sag), lambda: image(Surface.sag))
 
 
-def _by_table(scene: Scene, camera: Camera, gap: Gap, channels: Channels, airy: Airy, tolerance: float):
+def _by_table(scene: Scene, camera: Camera, gap: Gap, profile: Profile, tolerance: float):
     wavenumber = 1 / scene.wavelength
     low, high = path_range(gap, camera, wavenumber)
-    table, count = _TRACED, None
-    if is_concrete(scene, camera):
-        count = harmonics_of(airy, tolerance)
-        table = table_of_frequency(count * largest_frequency(channels.lines), float(high - low), tolerance)
-
-    def profile(turns):
-        return airy_in_lines(airy, channels.lines, channels.powers, _SHARES, _COSINES, turns, count)
-
-    wave = tabulated(profile, low, high, table.panels)
+    table = _TRACED
+    if is_concrete(scene, camera) and profile.harmonics is not None:
+        frequency = profile.harmonics * largest_frequency(profile.channels.lines)
+        table = table_of_frequency(frequency, float(high - low), tolerance)
+    wave = tabulated(profile.at, low, high, table.panels)
     x, y = camera.axes()
     return _looked_up(gap, wavenumber, wave, x[None, :], y[:, None])
 

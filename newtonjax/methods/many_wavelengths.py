@@ -22,6 +22,7 @@ from newtonjax.fields import (
     table_for,
     waveform,
 )
+from newtonjax.methods.gap_paths import RANGE_POINTS, bounds_between, channels_over_source, parallel, path_range
 from newtonjax.methods.pictures import AbstractPicture, one_by_one, starts
 from newtonjax.numerics import chebyshev, cos_turns, is_concrete, module_of, namespace, x64
 from newtonjax.scene import (
@@ -37,8 +38,6 @@ from newtonjax.scene import (
     lights_of_channels,
 )
 
-# Points to a side at which the range of path differences is looked for.
-_POINTS = 33
 # Of traced numbers the range is not known: a table of so many panels, which errs by less than 1e-4 up to 200 orders.
 # Up to so many lines need none.
 _TRACED, _FEW = Table(64, over_carrier=False, error=1e-4), 8
@@ -60,11 +59,13 @@ class Spectral(NamedTuple):
 
 def has_channels(light: Light, camera: Camera) -> bool:
     """Whether an image is more than that of one sharp line at points, to a camera that takes all wavelengths alike."""
-    return light.spectrum is not None or camera.response is not None or camera.takes_means
+    return light.spectrum is not None or light.extent is not None or camera.response is not None or camera.takes_means
 
 
 def one_line(scene: Scene) -> Scene:
-    """The scene in a sharp line of the light's mean wavenumber, of its named beams alone."""
+    """The scene in parallel light and a sharp line of its mean wavenumber, of its named beams alone."""
+    if scene.light.extent is not None:
+        scene = parallel(scene)
     if scene.all_orders is not None:
         scene = replace(scene, all_orders=None)
     return scene if scene.light.spectrum is None else replace(scene, light=replace(scene.light, spectrum=None))
@@ -104,23 +105,6 @@ def equal_thickness(scene: Scene, camera: Camera, tolerance: float) -> Float[Arr
         tables = spectral(channels, low, high, table, only_real=not table.over_carrier)
         image = _pixels(gap, wavenumber, *amplitudes, tables, x[None, :], y[:, None], table.over_carrier)
     return image if camera.response is not None else image[..., 0]
-
-
-def path_range(gap: Gap, camera: Camera, wavenumber) -> tuple[Any, Any]:
-    """Bounds of the path difference over an image [turns]: of a grid of points, and what may lie between these."""
-    x, y = (module_of(ends).linspace(ends[0], ends[1], _POINTS) for ends in camera.ends())
-    turns = gap.opd(x[None, :], y[:, None]) * wavenumber
-    xp = module_of(turns)
-    turns = xp.broadcast_to(turns, (_POINTS, _POINTS))
-    return _bounds(turns[None])
-
-
-def _bounds(turns: Float[Any, "pairs rows columns"]) -> tuple[Any, Any]:
-    """Of smooth functions known on a grid: between points they pass what these have by a part of their bending."""
-    xp = module_of(turns)
-    turns = turns if xp is np else jax.lax.stop_gradient(turns)
-    bending = xp.maximum(abs(xp.diff(turns, 2, axis=1)).max(), abs(xp.diff(turns, 2, axis=2)).max())
-    return turns.min() - bending, turns.max() + bending
 
 
 @partial(jax.jit, static_argnums=7)
@@ -202,13 +186,13 @@ def at_nodes(beats: Beats, camera: Camera, ratios: Float[Any, " parts"]) -> Floa
 def turn_range(coefficients: Float[Any, "fields count count"]) -> tuple[Any, Any]:
     """Bounds of all pairs' path differences over an image [turns], of coefficients as `at_nodes` orders fields."""
     xp, pairs = module_of(coefficients), (len(coefficients) - 1) // 3
-    basis = xp.asarray(chebyshev.basis(_POINTS, coefficients.shape[-1]))
-    return _bounds(basis.T @ coefficients[1 + 2 * pairs :] @ basis)
+    basis = xp.asarray(chebyshev.basis(RANGE_POINTS, coefficients.shape[-1]))
+    return bounds_between(basis.T @ coefficients[1 + 2 * pairs :] @ basis)
 
 
 def on_nodes(coefficients: Float[Array, "fields count count"], scene: Scene, camera: Camera):
     """The image of traced coefficients, as `at_nodes` orders fields."""
-    channels = channels_of(scene.light, camera.response)
+    channels = channels_over_source(scene, camera)
     _, parts = wave_parts(channels.lines, camera)
     tables = spectral(channels, *turn_range(coefficients), _TRACED, only_real=False, parts=parts)
     image = combined(chebyshev.expand(coefficients, camera.shape), tables.levels, tables.waves, over_carrier=False)

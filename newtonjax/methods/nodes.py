@@ -26,12 +26,15 @@ from newtonjax.methods.base import (
     CALL,
     INTERACTION,
     AbstractMethod,
+    CannotHonourError,
     interactions,
     is_single,
     pass_share,
     require_two_beams,
     unreached,
 )
+from newtonjax.methods.closed_form import ClosedForm
+from newtonjax.methods.gap_paths import channels_over_source, parallel
 from newtonjax.methods.many_wavelengths import (
     InChannels,
     at_nodes,
@@ -77,7 +80,13 @@ class Chebyshev(AbstractMethod):
             raise ValueError(f"dtype is {shown(self.dtype)}; allowed: 'float32', 'float64', or None for JAX's setting")
 
     def check(self, scene: Scene) -> None:
-        """Every part of a scene is honoured; `render` refuses where a beam does not reach the whole image."""
+        """Refuses a source that is no point, but for fringes of a gap that the screen is focused on.
+
+        `render` refuses where a beam does not reach the whole image.
+        """
+        if scene.light.extent is not None and ClosedForm().refusal(scene) is not None:
+            demand = "it takes one whose screen is focused on the gap, in light along -z"
+            raise CannotHonourError("Chebyshev", "light.extent on such a bench", demand, "OverSource()")
 
     @property
     def generality(self) -> tuple[int, int]:
@@ -128,9 +137,9 @@ class Chebyshev(AbstractMethod):
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns *channels"]:
         if has_channels(scene.light, camera):
-            beams = arrivals_at(scene, node_points(camera, self.nodes))
+            beams = arrivals_at(parallel(scene), node_points(camera, self.nodes))
             of_nodes = beats(beams, np.array(pairs(scene)).reshape(-1, 2), source_of(scene.light))
-            ratios, _ = wave_parts(channels_of(scene.light, camera.response).lines, camera)
+            ratios, _ = wave_parts(channels_over_source(scene, camera).lines, camera)
             return on_nodes(chebyshev.coefficients(at_nodes(of_nodes, camera, ratios)), scene, camera)
         of_fields = synthesize_single if self.dtype == "float32" else synthesize
         return of_fields(self.coefficients(self.fields(scene, camera)), camera.shape)
@@ -148,16 +157,16 @@ class Chebyshev(AbstractMethod):
 
         Raises ValueError where a beam does not reach the whole image.
         """
-        bench = packed.pack(scene)
+        bench = packed.pack(parallel(scene))
         of_nodes = beats(packed.node_arrivals(bench, camera, self.nodes), bench.pairs, bench.source)
         if not of_nodes.arrives.all():
             raise unreached(self)
-        ratios, _ = wave_parts(channels_of(scene.light, camera.response).lines, camera)
+        ratios, _ = wave_parts(channels_over_source(scene, camera).lines, camera)
         return chebyshev.coefficients(at_nodes(of_nodes, camera, ratios))
 
     def _in_channels(self, scene: Scene, camera: Camera) -> InChannels:
         coefficients, pairs = self.node_coefficients(scene, camera), len(scene.beams) * (len(scene.beams) - 1) // 2
-        channels, (low, high) = channels_of(scene.light, camera.response), turn_range(coefficients)
+        channels, (low, high) = channels_over_source(scene, camera, 0.1 * self.table_error), turn_range(coefficients)
         ratios, parts = wave_parts(channels.lines, camera)
         table = table_of(channels, low, high, self.table_error)
         many = len(ratios) * pairs

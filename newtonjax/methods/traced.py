@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float, Shaped
 
 from newtonjax.fields import ErrorEstimate, fields_at, intensity, opd_at, packed, path_difference
-from newtonjax.methods.base import AbstractMethod, require_two_beams
+from newtonjax.methods.base import AbstractMethod, CannotHonourError, require_two_beams
 from newtonjax.methods.many_wavelengths import by_channels, require_points
 from newtonjax.numerics import is_concrete, require_concrete, require_whole, x64
 from newtonjax.rays import Arrival
@@ -38,7 +38,9 @@ class Traced(AbstractMethod):
         require_whole("chunk", self.chunk)
 
     def check(self, scene: Scene) -> None:
-        """Every scene is honoured."""
+        """Every scene in parallel light is honoured."""
+        if scene.light.extent is not None:
+            raise CannotHonourError("Traced", "light.extent", "it takes light of one direction", "OverSource(Traced())")
 
     def bytes_per_pixel(self) -> int:
         return 32

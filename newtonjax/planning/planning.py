@@ -1,6 +1,7 @@
 """Choosing a method: the cheapest whose predicted error stays within a tolerance."""
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
@@ -18,14 +19,19 @@ from newtonjax.fields import (
     with_beams,
 )
 from newtonjax.methods import (
+    ORDERS,
     AbstractMethod,
     AbstractPicture,
     Chebyshev,
     ClosedForm,
+    OverSource,
     Traced,
+    error_of_profile,
     has_channels,
     is_single,
     one_line,
+    parallel,
+    summed_at_nodes,
 )
 from newtonjax.numerics import chebyshev, require_concrete, require_tolerance
 from newtonjax.planning.reasons import PlanReason
@@ -84,6 +90,8 @@ def planned(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> tuple[Plan
     require_bench(scene, camera)
     require_tolerance(tolerance)
     require_concrete("plan", scene, camera)
+    if scene.light.extent is not None:
+        return _over_source(scene, camera, tolerance)
     if scene.all_orders is not None:
         return _all_orders(scene, camera, tolerance)
     if has_channels(scene.light, camera):
@@ -112,6 +120,51 @@ def planned(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> tuple[Plan
             reason = PlanReason.FOCUSED_ON_GAP()
             return _with_picture(Plan(formula, scene, dropped, float(error.phase), intensity, reason), camera)
     return _on_nodes(by_rays, bench, camera, fields, tolerance, dropped_error)
+
+
+def _over_source(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, AbstractPicture]:
+    """By the profile of the gap where it keeps the tolerance; else a sum of images over directions.
+
+    Raises ValueError where that would take too many.
+    """
+    if ClosedForm().refusal(scene) is None:
+        if scene.all_orders is not None:
+            return _all_orders(scene, camera, tolerance)
+        error = error_of_profile(scene, camera)
+        if error <= 0.5 * tolerance and camera.takes_means:
+            chosen, _ = _in_channels(scene, camera, tolerance - error)
+            chosen = replace(chosen, intensity_error=chosen.intensity_error + error)
+            return _with_picture(chosen, camera)
+        method = ClosedForm(_OF_TABLES * tolerance)
+        if error <= 0.5 * tolerance and (of_formula := method.error(scene, camera)).intensity <= tolerance:
+            return _with_picture(Plan(method, scene, (), *of_formula, PlanReason.FOCUSED_ON_GAP()), camera)
+    return _sum_over_source(scene, camera, tolerance)
+
+
+def _sum_over_source(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, AbstractPicture]:
+    by_direction, _ = planned(parallel(scene), camera, 0.5 * tolerance)
+    if isinstance(by_direction.method, ClosedForm):
+        method = Chebyshev(table_error=_OF_TABLES * tolerance)
+        of_nodes = method.error(parallel(scene), camera)
+        by_direction = replace(by_direction, method=method, intensity_error=of_nodes.intensity)
+    coarse, error = summed_at_nodes(scene, camera, ORDERS[0]), np.inf
+    for order, finer in pairwise(ORDERS):
+        fine = summed_at_nodes(scene, camera, finer)
+        error = 1.5 * float(abs(fine - coarse).max() / fine.max())
+        if error <= 0.5 * tolerance:
+            chosen = replace(
+                by_direction,
+                method=OverSource(by_direction.method, order),
+                scene=replace(by_direction.scene, light=scene.light),
+                intensity_error=by_direction.intensity_error + error,
+                reason=PlanReason.SUM_OVER_SOURCE(),
+            )
+            return _with_picture(chosen, camera)
+        coarse = fine
+    raise ValueError(
+        f"a source of {ORDERS[-1]} x {ORDERS[-1]} directions or more: the sum over it still changes by {error:.2g} of "
+        f"the peak; allowed: {0.5 * tolerance:g}; give a smaller source, a larger tolerance, or method=OverSource()"
+    )
 
 
 def _all_orders(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, AbstractPicture]:

@@ -15,4 +15,5 @@ class PlanReason(Wording):
     FOCUSED_ON_GAP = "the screen is focused on the gap"
     NODES_RESOLVE = "the fields are smooth: {count} x {count} nodes resolve them"
     NO_GRID_FINE_ENOUGH = "no grid of nodes is fine enough for the fields"
+    SUM_OVER_SOURCE = "images of the directions of the source differ by more than their path in the gap"
     RAYS_ARE_CHEAPER = "rays at every pixel cost less than a grid of nodes that is fine enough"

@@ -108,8 +108,10 @@ def gather(scene: Scene, interactions: int | None = None) -> tuple[Route, Settin
     Rays start on the plane across the light through the first vertex. Every route has as many `interactions`, padded
     with rests; None is the longest word's number. NumPy where all numbers are known, so that nothing is compiled.
 
-    Raises ValueError for all orders of a gap, which no number of rays follows.
+    Raises ValueError for all orders of a gap, which no number of rays follows, and for a source of some extent.
     """
+    if scene.light.extent is not None:
+        raise ValueError("light.extent: rays are traced in one direction; use OverSource(), or extent=None")
     if scene.all_orders is not None:
         raise ValueError("rays cannot follow all orders in the gap; use ClosedForm(), or all_orders=None for the beams")
     xp, count = namespace(scene), len(scene.surfaces)

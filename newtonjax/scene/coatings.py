@@ -95,7 +95,7 @@ class AllOrders(eqx.Module):
                 raise ValueError(f"{name} is {part!r:.80}; allowed: a Coating, or None")
 
 
-class Face(NamedTuple):
+class FaceAmplitudes(NamedTuple):
     """Amplitudes of a face of the gap, of s and p polarization, [2, ...].
 
     Of the fields along the face, so that at normal incidence both polarizations have the same numbers.
@@ -112,23 +112,23 @@ class Face(NamedTuple):
 
 
 def face_amplitudes(
-    coating: Coating | None, glass: Scalar, gap: Scalar, wavelength: Float[Any, "..."], sine: Float[Any, "..."]
-) -> Face:
+    coating: Coating | None, glass: Scalar, gap: Scalar, wavelength: Float[Any, "..."], square: Float[Any, "..."]
+) -> FaceAmplitudes:
     """The amplitudes of a face between glass and gap.
 
     - `glass`, `gap`: their refractive indices; `wavelength`: in vacuum [m].
-    - `sine`: of the light's angle, times the refractive index there: the same in all media.
+    - `square`: of the sine of the light's angle times the refractive index there: the same in all media.
     """
-    xp = namespace(coating, glass, gap, wavelength, sine)
+    xp = namespace(coating, glass, gap, wavelength, square)
     if coating is not None and coating.reflectance is not None:
-        return _mirror(xp, coating, xp.broadcast_shapes(xp.shape(wavelength), xp.shape(sine)))
+        return _mirror(xp, coating, xp.broadcast_shapes(xp.shape(wavelength), xp.shape(square)))
     stack = _stack(coating)
-    outside, forth, flux = _reflected_and_passed(xp, stack, glass, gap, wavelength, sine)
-    inside, back, _ = _reflected_and_passed(xp, stack[::-1], gap, glass, wavelength, sine)
-    return Face(outside, inside, forth * back, flux)
+    outside, forth, flux = _reflected_and_passed(xp, stack, glass, gap, wavelength, square)
+    inside, back, _ = _reflected_and_passed(xp, stack[::-1], gap, glass, wavelength, square)
+    return FaceAmplitudes(outside, inside, forth * back, flux)
 
 
-def _mirror(xp, mirror: Coating, shape: tuple[int, ...]) -> Face:
+def _mirror(xp, mirror: Coating, shape: tuple[int, ...]) -> FaceAmplitudes:
     reflectance: Any = mirror.reflectance
     ones = xp.ones((2, *shape))
     phase = 0.0 if mirror.phase is None else mirror.phase
@@ -136,7 +136,7 @@ def _mirror(xp, mirror: Coating, shape: tuple[int, ...]) -> Face:
     passed = 1.0 - reflectance - absorptance
     size = xp.sqrt(xp.asarray(reflectance, dtype=float))
     along, aside = as_complex(size * xp.cos(phase) * ones), as_complex(size * xp.sin(phase) * ones)
-    return Face(-along + 1j * aside, along + 1j * aside, as_complex(passed * ones), passed * ones)
+    return FaceAmplitudes(-along + 1j * aside, along + 1j * aside, as_complex(passed * ones), passed * ones)
 
 
 def _stack(coating: Coating | None) -> list[tuple[Scalar, Scalar, Scalar | None]]:
@@ -150,16 +150,16 @@ def _stack(coating: Coating | None) -> list[tuple[Scalar, Scalar, Scalar | None]
     ]
 
 
-def _reflected_and_passed(xp, layers, before: Scalar, beyond: Scalar, wavelength, sine):
+def _reflected_and_passed(xp, layers, before: Scalar, beyond: Scalar, wavelength, square):
     """Amplitudes r and t of a stack between two transparent media, and the flux that passes, of s and p [2, ...].
 
     [B, C] = Π M [1, η], r = (η₀ B - C) / (η₀ B + C), t = 2 η₀ / (η₀ B + C), η the admittances.
     """
-    first, last = (_admittances(xp, index, wavelength, sine) for index in (before, beyond))
+    first, last = (_admittances(xp, index, wavelength, square) for index in (before, beyond))
     electric, magnetic = xp.ones_like(last), last
     damping = xp.ones_like(last)
     for thickness, index, extinction in reversed(layers):
-        matrix, attenuation = _matrix(xp, thickness, index, extinction, wavelength, sine)
+        matrix, attenuation = _matrix(xp, thickness, index, extinction, wavelength, square)
         (a, b), (c, d) = matrix
         electric, magnetic = a * electric + b * magnetic, c * electric + d * magnetic
         damping = damping * attenuation
@@ -169,24 +169,24 @@ def _reflected_and_passed(xp, layers, before: Scalar, beyond: Scalar, wavelength
     return (first * electric - magnetic) / total, passed, flux
 
 
-def _admittances(xp, index: Scalar, wavelength, sine) -> Complex[Any, "2 ..."]:
+def _admittances(xp, index: Scalar, wavelength, square) -> Complex[Any, "2 ..."]:
     """Of a transparent medium: n cos θ of s, n / cos θ of p."""
-    along = xp.sqrt(index * index - sine * sine + 0.0 * wavelength)
+    along = xp.sqrt(index * index - square + 0.0 * wavelength)
     return as_complex(xp.stack([along, index * index / along]))
 
 
-def _matrix(xp, thickness: Scalar, index: Scalar, extinction: Scalar | None, wavelength, sine):
+def _matrix(xp, thickness: Scalar, index: Scalar, extinction: Scalar | None, wavelength, square):
     """The characteristic matrix of a layer over e^{-iφ}, and e^{iφ}, φ its phase: neither grows with the thickness."""
     absorbing = 0.0 if extinction is None else extinction
-    square = as_complex(xp.asarray(index * index - absorbing * absorbing, dtype=float))
-    square = square + 1j * as_complex(xp.asarray(2.0 * index * absorbing, dtype=float))
-    along = square - as_complex(xp.asarray(sine * sine + 0.0 * wavelength))
-    length = as_complex(xp.asarray(2 * np.pi / wavelength * thickness + 0.0 * sine))
+    permittivity = as_complex(xp.asarray(index * index - absorbing * absorbing, dtype=float))
+    permittivity = permittivity + 1j * as_complex(xp.asarray(2.0 * index * absorbing, dtype=float))
+    along = permittivity - as_complex(xp.asarray(square + 0.0 * wavelength))
+    length = as_complex(xp.asarray(2 * np.pi / wavelength * thickness + 0.0 * square))
     cosine, ratio, attenuation = _cosine_and_sine_ratio(xp, along * (length * length))
     sine_over_along = -1j * (ratio * length)
     # The sine over the admittance, and times it, of s and of p.
-    over = xp.stack([sine_over_along, sine_over_along * along / square])
-    times = xp.stack([sine_over_along * along, sine_over_along * square])
+    over = xp.stack([sine_over_along, sine_over_along * along / permittivity])
+    times = xp.stack([sine_over_along * along, sine_over_along * permittivity])
     return ((cosine, over), (times, cosine)), attenuation
 
 

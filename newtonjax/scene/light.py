@@ -1,4 +1,4 @@
-"""The source: collimated light of any spectrum and any state of polarization."""
+"""The source: light of any spectrum and any state of polarization."""
 
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -21,6 +21,7 @@ from newtonjax.numerics import (
     require_size,
     shown,
 )
+from newtonjax.scene.extent import Extent
 from newtonjax.scene.limits import WAVELENGTH
 from newtonjax.scene.response import Response
 from newtonjax.scene.spectrum import Lines, Spectrum, lines_of
@@ -28,7 +29,7 @@ from newtonjax.scene.vectors import Direction, frame
 
 
 class Light(eqx.Module):
-    """Collimated light of unit irradiance on a plane across it.
+    """Light of unit irradiance on a plane across it.
 
     - `wavelength`: in vacuum [m].
     - `tilt`: the direction, -z turned about x, then about y [rad].
@@ -42,6 +43,7 @@ class Light(eqx.Module):
       one; two components hold both, since the coherency matrix has two eigenvectors (section 10.9.2).
     - `spectrum`: lines and bands; None for one sharp line. `wavelength` is then the one of the mean wavenumber, and
       the whole spectrum goes with it in proportion: give `spectrum.wavelength` for the spectrum as it is.
+    - `extent`: of a source that is no point; None for parallel light.
     """
 
     wavelength: Scalar = eqx.field(converter=as_scalar)
@@ -50,10 +52,13 @@ class Light(eqx.Module):
     ellipticity: Scalar | None = eqx.field(converter=as_scalar, default=None)
     degree: Scalar | None = eqx.field(converter=as_scalar, default=None)
     spectrum: Spectrum | None = None
+    extent: Extent | None = None
 
     def __check_init__(self):
         if not isinstance(self.spectrum, Spectrum | None):
             raise ValueError(f"spectrum is {shown(self.spectrum)}; allowed: a Spectrum such as lamp('sodium'), or None")
+        if not isinstance(self.extent, Extent | None):
+            raise ValueError(f"extent is {shown(self.extent)}; allowed: an Extent such as Extent(0.01), or None")
         require_number("wavelength", self.wavelength, f"a positive length, {WAVELENGTH.words}", WAVELENGTH.holds)
         require("light.tilt", self.tilt, "two finite angles in radians", finite)
         require_size("light.tilt", self.tilt, 2, "two angles in radians, about x and about y")

@@ -1,8 +1,8 @@
 """What a user calls on a scene and a camera."""
 
 from newtonjax.verbs.explaining import Explanation as Explanation
-from newtonjax.verbs.explaining import Omission as Omission
 from newtonjax.verbs.explaining import explain as explain
+from newtonjax.verbs.light_parts import Omission as Omission
 from newtonjax.verbs.normal import NormalEquations as NormalEquations
 from newtonjax.verbs.normal import from_changes as from_changes
 from newtonjax.verbs.normal import normal_equations as normal_equations

@@ -16,35 +16,19 @@ from newtonjax.scene import (
     Light,
     Scene,
     Surface,
-    channels_of,
     enumerate_beams,
     gap_of,
     has_tilted_sphere,
     node_points,
     require_bench,
 )
+from newtonjax.verbs.light_parts import Omission, of_extent, of_line_width, of_pixel, of_spectrum, peak_of
 from newtonjax.verbs.rendering import render
 
 # Points to a side at which fields with and without a part are compared, and what may hide in between.
-_POINTS, _BETWEEN, _BETWEEN_SLOPES = 17, 2.0, 1.5
+_POINTS, _BETWEEN = 17, 2.0
 # A beam of so many reflections more is weaker by a power of a few percent.
 _REFLECTIONS = 4
-
-
-@dataclass(frozen=True)
-class Omission:
-    """A part of the optics, and by how much the image would change with it, or without it.
-
-    - `part`: what it is.
-    - `error`: bound on the largest change of intensity over the peak; None where there is no number for it.
-    - `modelled`: whether the image has it.
-    - `note`: how it was estimated, or what it takes to have it.
-    """
-
-    part: str
-    error: float | None
-    modelled: bool
-    note: str
 
 
 @dataclass(frozen=True)
@@ -72,6 +56,9 @@ class Explanation:
     def __str__(self) -> str:
         light = self.scene.light
         polarized = "unpolarized, two components" if light.polarization is None else "polarized"
+        spread = (
+            "collimated" if light.extent is None else f"over a {light.extent.shape} of sine {light.extent.sine:.3g}"
+        )
         lines = [
             f"method      {self.plan.method.describe()}: {self.plan.reason}",
             f"error       {self.plan.phase_error:.2g} turns, {self.plan.intensity_error:.2g} of the peak "
@@ -81,7 +68,7 @@ class Explanation:
             f"fringes     {self.finest_fringe:.3g} pixels at the finest"
             + ("; below 2 pixels fringes are aliased" if self.finest_fringe < 2.4 else ""),
             f"beams       {', '.join(self.plan.scene.beams)}",
-            f"light       {_lines(light)} {float(light.wavelength) * 1e9:.6g} nm, collimated, {polarized}",
+            f"light       {_lines(light)} {float(light.wavelength) * 1e9:.6g} nm, {spread}, {polarized}",
             "",
             "modelled, and the change of intensity if omitted (fraction of the peak):",
             *_rows(o for o in self.omissions if o.modelled),
@@ -133,8 +120,9 @@ def explain(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Explanatio
         fields = _fields(scene, points)
     parts = [*_of_beams(scene, camera, chosen, fields), *_inside(scene, chosen, points, fields)]
     frequency = _frequency(scene, camera, points)
-    parts.append(_pixel(fields, frequency, all_arrive, camera.takes_means))
-    parts.append(_line_width(scene, fields, tolerance) if light.spectrum is None else _spectrum(light, fields))
+    parts.append(of_pixel(fields, frequency, all_arrive, camera.takes_means))
+    parts.append(of_line_width(scene, fields, tolerance) if light.spectrum is None else of_spectrum(light, fields))
+    parts.append(of_extent(bench, camera, fields, tolerance))
     if of_orders is not None:
         parts = [part for part in parts if part.part != "more beams"]
         parts.append(Omission("all orders, coatings", of_orders, True, "against the gap's two beams on bare glass"))
@@ -164,10 +152,6 @@ def _fields(scene: Scene, points: Float[np.ndarray, "n 2"]) -> Fields:
     return node_fields(bench, arrivals(bench, points))
 
 
-def _peak(fields: Fields) -> float:
-    return float(fields.background.max() + np.abs(fields.envelope).sum(axis=0).max())
-
-
 def _difference(fields: Fields, changed: Fields) -> float:
     """Largest change of intensity between two fields of the same pairs of beams, over the peak, whatever the phase."""
     (size, phase), (changed_size, changed_phase) = polar(fields), polar(changed)
@@ -176,12 +160,12 @@ def _difference(fields: Fields, changed: Fields) -> float:
     beyond = np.abs(phase - changed_phase) > 0.5
     change = np.abs(fields.background - changed.background) + np.abs(np.abs(size) - np.abs(changed_size)).sum(axis=0)
     change = change + (np.where(beyond, 2.0, turns) * np.abs(size)).sum(axis=0)
-    return min(_BETWEEN * float(change.max()), 2.0 * _peak(fields)) / _peak(fields)
+    return min(_BETWEEN * float(change.max()), 2.0 * peak_of(fields)) / peak_of(fields)
 
 
 def _of_beams(scene: Scene, camera: Camera, chosen: Plan, fields: Fields) -> list[Omission]:
     """The scene's beams by the amplitudes that its rays have; those that it does not follow by those on the axis."""
-    amplitudes, peak = beam_amplitudes(scene, camera), _peak(fields)
+    amplitudes, peak = beam_amplitudes(scene, camera), peak_of(fields)
 
     def change(added: float, present: float) -> float:
         return (2 * added * present + added**2) / peak
@@ -260,33 +244,3 @@ def _frequency(scene: Scene, camera: Camera, points: Float[np.ndarray, "n 2"]) -
     arrives = fields.arrives.reshape(2, 2, len(points)).all(axis=1)
     along_x, along_y = np.where(arrives, np.abs(phase[:, :, 0] - phase[:, :, 1]).max(axis=0, initial=0.0), 0.0)
     return along_x, along_y
-
-
-def _pixel(fields: Fields, frequency: tuple[np.ndarray, np.ndarray], all_arrive: bool, modelled: bool) -> Omission:
-    """What the mean over a pixel takes off the contrast, sinc(fx) sinc(fy); all where a beam ends within the pixel."""
-    if not all_arrive:
-        return Omission(
-            "mean over each pixel", 1.0, False, "a beam ends in the image: on its edge a pixel is lit or dark"
-        )
-    size = np.abs(fields.envelope).sum(axis=0)
-    contrast = np.sinc(frequency[0]) * np.sinc(frequency[1])
-    error = _BETWEEN_SLOPES * float((size * (1 - contrast)).max()) / _peak(fields)
-    note = "by aperture and blur" if modelled else "the image is taken at the pixels' centres"
-    return Omission("mean over each pixel", error, modelled, note)
-
-
-def _line_width(scene: Scene, fields: Fields, tolerance: float) -> Omission:
-    """The width of a line that would fade the fringes by the tolerance: exp(-2 (π m δ)²) at the order m."""
-    order = float(np.abs(fields.phase).max(initial=0.0))
-    width = float(np.sqrt(tolerance / 2) / (np.pi * order)) * float(scene.wavelength) if order else np.inf
-    return Omission(
-        "width of the line, coherence", None, False, f"an rms width of {width * 1e9:.2g} nm costs {tolerance:g}"
-    )
-
-
-def _spectrum(light: Light, fields: Fields) -> Omission:
-    """What the fading of the fringes and the shift of their phase change, against one sharp line."""
-    change = np.abs(channels_of(light, None).lines.coherence(fields.phase) - 1)
-    error = min(_BETWEEN_SLOPES * float((np.abs(fields.envelope) * change).max()) / _peak(fields), 2.0)
-    note = "against one sharp line of the mean wavenumber; lenses and plates do not disperse"
-    return Omission("spectrum, coherence", error, True, note)

@@ -1,11 +1,11 @@
-"""All orders of a gap, and the coatings of its faces, as tables of a TOML file."""
+"""All orders of a gap, the coatings of its faces, and the extent of a source, as tables of a TOML file."""
 
 from typing import Any
 
 import msgspec
 import numpy as np
 
-from newtonjax.scene import AllOrders, Coating, coating
+from newtonjax.scene import AllOrders, Coating, Extent, coating
 
 _LAYERS, _MIRROR = ("thicknesses", "indices", "extinctions"), ("reflectance", "phase", "absorptance")
 # Words that `coating` takes, or the numbers of a coating.
@@ -24,6 +24,27 @@ ALL_ORDERS = msgspec.defstruct(
     forbid_unknown_fields=True,
     omit_defaults=True,
 )
+
+EXTENT = msgspec.defstruct(
+    "Extent",
+    [("sine", float), ("shape", str, "disc"), ("radiances", tuple[tuple[float, ...], ...] | None, None)],
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+)
+
+
+def extent_of(table: Any) -> Extent | None:
+    """The source in a table. Raises ValueError for one that does not exist."""
+    if table is None:
+        return None
+    radiances = None if table.radiances is None else np.array(table.radiances, dtype=float)
+    return Extent(table.sine, table.shape, radiances)
+
+
+def table_of_extent(extent: Extent) -> Any:
+    """`extent_of` the other way."""
+    cells = None if extent.radiances is None else tuple(map(tuple, np.asarray(extent.radiances).tolist()))
+    return EXTENT(float(extent.sine), extent.shape, cells)
 
 
 def orders_of(table: Any) -> AllOrders | None:
