@@ -39,6 +39,7 @@ from newtonjax.scene import coating as coating
 from newtonjax.scene import enumerate_beams as enumerate_beams
 from newtonjax.scene import illuminant as illuminant
 from newtonjax.scene import lamp as lamp
+from newtonjax.scene import refractive_index as refractive_index
 from newtonjax.scene import sampled_spectrum as sampled_spectrum
 from newtonjax.scene import spectral_line as spectral_line
 from newtonjax.scene import to_srgb as to_srgb

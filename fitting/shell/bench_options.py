@@ -15,7 +15,7 @@ SCENES = {"transmitted": "newton_rings", "reflected": "newton_rings", "wedge": "
 _METAVARS = {
     "length": "LENGTH", "wavelength": "LENGTH|LINE", "light": "LAMP", "screen": "LENGTH|gap",
     "angle": "ANGLE", "angles": "ANGLE,ANGLE",
-    "index": "NUMBER", "fraction": "NUMBER", "names": "NAMES", "number": "NUMBER", "terms": "NUMBERS",
+    "index": "NUMBER|NAME", "fraction": "NUMBER", "names": "NAMES", "number": "NUMBER", "terms": "NUMBERS",
     "heights": "LENGTHS", "coating": "LAYERS",
 }  # fmt: skip
 
@@ -52,7 +52,7 @@ def _reader(argument: Argument) -> Callable[[str], Any]:
         "screen": _screen,
         "angle": quantities.angle,
         "angles": _angles,
-        "index": quantities.number,
+        "index": _index,
         "fraction": quantities.number,
         "number": quantities.number,
         "terms": lambda text: tuple(map(quantities.number, text.split(","))),
@@ -67,6 +67,16 @@ def _coating(text: str) -> str:
     from newtonjax.scene import coating  # JAX, which the help does without
 
     coating(text)
+    return text
+
+
+def _index(text: str) -> float | str:
+    """A refractive index, or the name of some matter, checked. Raises ValueError, in one line, for what is neither."""
+    if text[:1].isdigit() or text[:1] in ".+-":
+        return quantities.number(text)
+    from newtonjax.scene import refractive_index  # JAX, which the help does without
+
+    refractive_index(text, 589.3e-9)
     return text
 
 

@@ -43,7 +43,7 @@ class Argument(NamedTuple):
 _RINGS, _WEDGE = ("newton_rings",), ("air_wedge",)
 _ANGLES = "two finite angles in radians, about x and about y"
 _TILTS = f"two angles about x and about y, {TILT.words}"
-_INDEX = f"a positive refractive index, {INDEX.words}"
+_INDEX = f"a positive refractive index, {INDEX.words}, or a name such as 'N-BK7'"
 _SCREEN = "a distance in metres, or 'gap'"
 _THICKNESS = f"a positive thickness, {THICKNESS.words}"
 _LIGHT = "words such as 'sodium', 'mercury:546nm/10nm', 'white:5500K' or 'lamp.csv', or a Spectrum"

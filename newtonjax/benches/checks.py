@@ -9,7 +9,19 @@ import numpy as np
 
 from newtonjax.benches.arguments import Argument, arguments_of, refuse_old_names
 from newtonjax.numerics import finite, is_concrete, is_real, require, require_pair, shown
-from newtonjax.scene import DISTANCE, HEIGHT, INDEX, RADIUS, THICKNESS, TILT, WAVELENGTH, Coating, Scene, Spectrum
+from newtonjax.scene import (
+    DISTANCE,
+    HEIGHT,
+    INDEX,
+    RADIUS,
+    THICKNESS,
+    TILT,
+    WAVELENGTH,
+    Coating,
+    Scene,
+    Spectrum,
+    refractive_index,
+)
 
 _Parameters = ParamSpec("_Parameters")
 _TESTS = {
@@ -70,6 +82,8 @@ def _check(argument: Argument, value) -> None:
         require(argument.name, value, argument.allowed, finite)
         if np.ndim(value) != 1:
             raise _refusal(argument, value)
+    elif argument.test == "index" and isinstance(value, str):
+        _check_matter(argument, value)
     elif argument.test == "coating":
         if not isinstance(value, str | Coating):
             raise _refusal(argument, value)
@@ -82,6 +96,14 @@ def _check(argument: Argument, value) -> None:
         if np.ndim(value):
             raise ValueError(f"{argument.name} is {shown(value)}; allowed: one number; vmap over several")
         require(argument.name, value, argument.allowed, _TESTS[argument.test])
+
+
+def _check_matter(argument: Argument, name: str) -> None:
+    """Raise ValueError for a name of no matter."""
+    try:
+        refractive_index(name, 589.3e-9)
+    except ValueError as error:
+        raise ValueError(f"{argument.name}: {error}") from None
 
 
 def _refusal(argument: Argument, value) -> ValueError:

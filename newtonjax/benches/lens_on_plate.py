@@ -6,13 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from newtonjax.benches.checks import checked
-from newtonjax.numerics import Scalar, Vector2, namespace
+from newtonjax.benches.light_and_matter import extent_of, index_of, light_of, mean_wavelength
+from newtonjax.numerics import Scalar, Vector2
 from newtonjax.scene import (
     AllOrders,
     Coating,
     CollectingLens,
-    Extent,
-    Light,
     Scene,
     Shield,
     Spectrum,
@@ -23,7 +22,6 @@ from newtonjax.scene import (
     coating,
     focus_height,
     frame,
-    lamp,
     lens_to_image,
 )
 
@@ -42,10 +40,10 @@ def newton_rings(
     *,
     light: str | Spectrum | None = None,
     screen: Scalar | str = "gap",
-    lens_index: Scalar = 1.5,
-    plate_index: Scalar = 1.5,
-    gap_index: Scalar = 1.0,
-    ambient_index: Scalar = 1.0,
+    lens_index: Scalar | str = 1.5,
+    plate_index: Scalar | str = 1.5,
+    gap_index: Scalar | str = 1.0,
+    ambient_index: Scalar | str = 1.0,
     lens_thickness: Scalar = 5e-3,
     plate_thickness: Scalar = 5e-3,
     lens_tilt: Vector2 = (0.0, 0.0),
@@ -84,7 +82,8 @@ def newton_rings(
         "all" takes all orders in the gap.
       screen: distance [m] of a plane below the plate ("transmitted") or above the lens ("reflected"), or "gap": a
         microscope focused on the plate's upper face, i.e. the plane of that face's paraxial image through the glass.
-      lens_index, plate_index, gap_index, ambient_index: refractive indices.
+      lens_index, plate_index, gap_index, ambient_index: refractive indices, or names such as "N-BK7" as
+        `refractive_index` takes them, at the wavelength of the light (the mean one of a spectrum).
       lens_thickness, plate_thickness: on the axis [m].
       lens_tilt, plate_tilt: rotations about x and y [rad], of the lens about its apex, of the plate about the origin.
       angular_radius: of a round source, as seen from the bench [rad]; other shapes are an `Extent` of the `Light`.
@@ -104,6 +103,9 @@ def newton_rings(
 
     """
     lens_axis, plate_axis = frame(lens_tilt)[2], frame(plate_tilt)[2]
+    ambient = index_of(ambient_index, mean_wavelength(light, wavelength, 1.0))
+    mean = mean_wavelength(light, wavelength, ambient)
+    lens_index, plate_index, gap_index = (index_of(n, mean, ambient) for n in (lens_index, plate_index, gap_index))
     if isinstance(screen, str):
         height = 0.0  # placed below, once there is a scene whose focus can be computed
     else:
@@ -125,15 +127,15 @@ def newton_rings(
             Surface(0.0 if plate_radius is None else -1 / plate_radius, (0.0, 0.0, 0.0), plate_tilt),
             Surface(0.0, _point_on_axis(plate_axis, -plate_thickness), plate_tilt),
         ),
-        media=(ambient_index, lens_index, gap_index, plate_index, ambient_index),
-        light=_light(
+        media=(ambient, lens_index, gap_index, plate_index, ambient),
+        light=light_of(
             light,
             wavelength,
-            ambient_index,
+            ambient,
             light_tilt,
             polarization,
             polarization_degree,
-            _extent(angular_radius, numerical_aperture, ambient_index),
+            extent_of(angular_radius, numerical_aperture, ambient),
         ),
         screen=Surface(0.0, (0.0, 0.0, height)),
         beams=_PAIRS[view],
@@ -141,25 +143,6 @@ def newton_rings(
     scene = _with_orders(scene, beams, lens_coating, plate_coating)
     beams = None if scene.all_orders is not None else beams
     return _with_options(scene, screen, beams, shield, collecting_lens)
-
-
-def _light(
-    light: str | Spectrum | None, wavelength: Scalar, ambient_index: Scalar, tilt, angle, degree, extent
-) -> Light:
-    """The light of a wavelength, or of a spectrum; a spectrum of one sharp line is its wavelength."""
-    spectrum = lamp(light, ambient_index) if isinstance(light, str) else light
-    if spectrum is not None:
-        wavelength, spectrum = spectrum.wavelength, None if spectrum.is_sharp_line() else spectrum
-    return Light(wavelength, tilt, angle, degree=degree, spectrum=spectrum, extent=extent)
-
-
-def _extent(angular_radius: Scalar | None, numerical_aperture: Scalar | None, ambient_index: Scalar) -> Extent | None:
-    """The source of an angular radius [rad], or of an objective. Raises ValueError where both are given."""
-    if angular_radius is not None and numerical_aperture is not None:
-        raise ValueError("angular_radius and numerical_aperture are both given; allowed: one of them")
-    if angular_radius is not None:
-        return Extent(namespace(angular_radius).sin(angular_radius))
-    return None if numerical_aperture is None else Extent(numerical_aperture / ambient_index)
 
 
 def _zernike(coefficients, radius) -> Zernike | None:
@@ -171,12 +154,16 @@ def _zernike(coefficients, radius) -> Zernike | None:
 def _with_orders(scene: Scene, beams, lens_coating, plate_coating) -> Scene:
     """The scene with all orders in its gap, where they are asked for or a face is coated."""
     is_all = beams == "all" or (isinstance(beams, tuple | list) and tuple(beams) == ("all",))
-    coatings = [coating(part) if isinstance(part, str) else part for part in (lens_coating, plate_coating)]
+    coatings = [_coating(part, scene.wavelength) for part in (lens_coating, plate_coating)]
     if coatings == [None, None] and not is_all:
         return scene
     if beams is not None and not is_all:
         raise ValueError("beams with a coating; allowed: 'all', since every order in the gap counts, or None")
     return replace(scene, all_orders=AllOrders(*coatings))
+
+
+def _coating(part: Coating | str | None, wavelength: Scalar) -> Coating | None:
+    return coating(part, wavelength) if isinstance(part, str) else part
 
 
 def _with_options(scene: Scene, screen, beams, shield, collecting_lens) -> Scene:
@@ -207,10 +194,10 @@ def air_wedge(
     *,
     light: str | Spectrum | None = None,
     screen: Scalar | str = "gap",
-    lens_index: Scalar = 1.5,
-    plate_index: Scalar = 1.5,
-    gap_index: Scalar = 1.0,
-    ambient_index: Scalar = 1.0,
+    lens_index: Scalar | str = 1.5,
+    plate_index: Scalar | str = 1.5,
+    gap_index: Scalar | str = 1.0,
+    ambient_index: Scalar | str = 1.0,
     lens_thickness: Scalar = 5e-3,
     plate_thickness: Scalar = 5e-3,
     plate_tilt: Vector2 = (0.0, 0.0),

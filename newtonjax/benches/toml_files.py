@@ -90,14 +90,8 @@ _STRUCTS = {name: _struct_of(kind) for name, kind in _PARTS.items()}
 
 def _type_of(argument: Argument) -> Any:
     """What TOML may hold for an argument of a bench."""
-    by_kind = {
-        "view": str,
-        "screen": float | str,
-        "angles": Two,
-        "names": str | tuple[str, ...],
-        "light": str,
-        "coating": str,
-    }
+    by_kind = {"view": str, "screen": float | str, "angles": Two, "names": str | tuple[str, ...]}
+    by_kind |= {"light": str, "coating": str, "index": float | str}
     by_kind |= dict.fromkeys(("terms", "heights"), Numbers)
     kind = by_kind.get(argument.kind, float)
     return kind | None if argument.default is None else kind
