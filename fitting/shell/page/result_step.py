@@ -61,10 +61,7 @@ class ResultStep:
             parts.heading("To repeat it", 3)
             for name in ("repeat.sh", "repeat.py"):
                 text = self._session.files[name].decode()
-                ui.html(
-                    f'<pre tabindex="0" role="region" aria-label="{_FILES[name]}">{html.escape(text)}</pre>',
-                    sanitize=False,
-                )
+                ui.html(parts.block(_FILES[name], text, wraps=True), sanitize=False)
 
     def show_files(self) -> None:
         """Offer the files of the answer."""
