@@ -5,9 +5,6 @@ from fitting.estimate import robust as robust
 from fitting.estimate.block_phases import frame_on as frame_on
 from fitting.estimate.block_phases import fringes_of as fringes_of
 from fitting.estimate.block_phases import moved_to as moved_to
-from fitting.estimate.correlated_errors import SIZES as SIZES
-from fitting.estimate.correlated_errors import correlation as correlation
-from fitting.estimate.correlated_errors import fringe_correlation as fringe_correlation
 from fitting.estimate.elimination import CONTRAST as CONTRAST
 from fitting.estimate.elimination import Normal as Normal
 from fitting.estimate.elimination import contrast_at_nodes as contrast_at_nodes
@@ -34,6 +31,9 @@ from fitting.estimate.optimum import SHAPES as SHAPES
 from fitting.estimate.optimum import bends as bends
 from fitting.estimate.optimum import normal_matrix as normal_matrix
 from fitting.estimate.optimum import score_drop as score_drop
+from fitting.estimate.robust import SIZES as SIZES
+from fitting.estimate.robust import correlation as correlation
+from fitting.estimate.robust import fringe_correlation as fringe_correlation
 from fitting.estimate.robust import is_clean as is_clean
 from fitting.estimate.robust import residuals_of as residuals_of
 from fitting.estimate.robust import tukey as tukey

@@ -7,7 +7,6 @@ import numpy as np
 
 from fitting.estimate import edges, robust
 from fitting.estimate.block_phases import fringes_of, moved_to
-from fitting.estimate.correlated_errors import fringe_correlation
 from fitting.estimate.elimination import CONTRAST, contrast_at_nodes, eliminate, normal_equations
 from fitting.estimate.fringe_sums import Residuals, at_blocks, fringe_count, sums
 from fitting.estimate.optimum import NormalMatrix, choose_degrees, normal_matrix
@@ -73,7 +72,7 @@ class Fitted:
     @cached_property
     def correlation(self) -> float:
         """By how much errors that neighbours share raise the variance of what the fringes measure."""
-        return fringe_correlation(self.reduced.grid, self.left)
+        return robust.fringe_correlation(self.reduced.grid, self.left)
 
     @cached_property
     def variance(self) -> float:

@@ -23,6 +23,7 @@ from fitting.estimate import Fitted, pseudo_inverse
 from fitting.model import PARTS, SEARCHED, anchors_of, numbers_of
 from fitting.parameters import NUMBERS, slots_of
 from fitting.photograph.priors import Priors
+from fitting.photograph.variance import variance_of
 
 _RANK = 1e-13
 
@@ -136,6 +137,12 @@ def sets_of(parts: Collection[str], forced: Collection[str] = ()) -> list[Parts]
     candidates = [frozenset(s) | set(forced) for n in range(len(parts) + 1) for s in combinations(parts, n)]
     nested = {s for s in candidates if all(need in s for part in s for need in PARTS[part].needs)}
     return sorted(nested, key=lambda s: (len(s), sorted(s)))
+
+
+def step_to_parts(plain: Fitted, priors: Priors, sets: list[Parts]) -> np.ndarray:
+    """The step to the mean over sets of parts, linearized at the fit without them; correlation of residuals or none."""
+    variance, inflation = variance_of(plain)
+    return Averaging((Member(plain, priors, sets),)).mean(variance / inflation).numbers - plain.numbers
 
 
 class _Set(NamedTuple):

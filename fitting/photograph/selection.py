@@ -23,7 +23,7 @@ from fitting.estimate import (
 from fitting.model import AXIS, PARTS, SEARCHED, WARPS
 from fitting.parameters import slots_of
 from fitting.photo import Photograph, reduce
-from fitting.photograph.averaging import Averaging, Member, Parts, sets_of
+from fitting.photograph.averaging import Averaging, Member, Parts, sets_of, step_to_parts
 from fitting.photograph.clusters import data_variance, scatter
 from fitting.photograph.contact_search import (
     Rival,
@@ -117,11 +117,11 @@ def complete(
     are_many = plain.orders >= FEW
     warps = tuple(part for part in WARPS if part in plain.model.parts and wishes.get(part, are_many))
     wishes |= {part: False for part in WARPS if part not in warps}
-    sets = sets_of(warps, [part for part in warps if wishes.get(part)])
     searched = [part for part in SEARCHED if is_open(part, wishes, plain, photograph)]
     evidence = screened(plain, wishes) if before is None else _searched_before(before, wishes)
     searched = [part for part in searched if part not in evidence]
-    step = _step_to_parts(plain, priors, sets)
+    sets = sets_of(warps, [part for part in warps if wishes.get(part)])
+    step = step_to_parts(plain, priors, sets)
     reach = float(np.abs(plain.solution.fields.slopes @ step).max()) if plain.converged else np.inf
     if not searched and reach < _NEAR:
         fit = plain if reach < _LINEAR else _with_parts(plain, warps, plain.numbers + step, priors)
@@ -195,12 +195,6 @@ def _searched_before(before: Complete, wishes: dict[str, bool]) -> dict[str, str
     """What another curve has said of the parts that a search finds: those that were not there are not looked for."""
     absent = [part for part in SEARCHED if part not in before.fit.parts and not wishes.get(part)]
     return {part: before.evidence[part] for part in absent if part in before.evidence}
-
-
-def _step_to_parts(plain: Fitted, priors: Priors, sets: list[Parts]) -> np.ndarray:
-    """The step to the mean over sets of parts, linearized at the fit without them; correlation of residuals or none."""
-    variance, inflation = variance_of(plain)
-    return Averaging((Member(plain, priors, sets),)).mean(variance / inflation).numbers - plain.numbers
 
 
 def _axis_counts(fit: Fitted) -> bool:
