@@ -58,3 +58,12 @@ class FormWords:
     FORM_SIGN_OPEN = "the sign of all terms is open, power is shown positive: one image does not tell it; give sign"
     FORM_SIGN_UNDECIDED = "term {term} is zero within its standard deviation: its sign does not decide that of the form"
     FORM_RIVALS = "{count} further forms explain the image equally well: tilt the surfaces by more fringes to decide"
+    FRAMES_NOT_STEPPED = (
+        "the frames do not follow one phase: it explains {explained:.0%} of their change, at least {least:.0%} is "
+        "required; give frames of one surface and one camera, give pupil, or mask what is no fringe"
+    )
+    FRAMES_ALIKE = "the frames have one phase, so that light and fringes are not told apart: step by parts of a fringe"
+    FRAME_CONTRADICTS = (
+        "frame {frame} contradicts the others: chi-squared between their forms is {size:.1f} a term; its light or its "
+        "surface was another, leave it out"
+    )

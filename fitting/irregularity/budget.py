@@ -61,9 +61,9 @@ def distortion_row(form: np.ndarray, sd: float) -> Row:
     return Row("distortion", _projected(sd * change[:, None], len(form)))
 
 
-def edge_row(fit: FormFit, narrower: FormFit) -> Row:
-    """How the terms change where the light at the rim is not used."""
-    return _change_row("edge", narrower.coefficients - fit.coefficients, narrower.covariance - fit.covariance)
+def edge_row(change: np.ndarray, covariance: np.ndarray) -> Row:
+    """How the terms change where the light at the rim is not used, and by how much noise makes them do so."""
+    return _change_row("edge", change, covariance)
 
 
 def terms_row(form: np.ndarray, covariance: np.ndarray, inflation: float) -> Row:

@@ -86,18 +86,18 @@ def _change(remainder: Remainder, terms: int) -> np.ndarray:
     steps -= np.round(steps)
     weight = np.sqrt(remainder.weights[first] * remainder.weights[second])
     change = np.zeros(terms)
-    change[1:] = _robust(values[first, 1:] - values[second, 1:], steps, weight)
+    change[1:] = robust(values[first, 1:] - values[second, 1:], steps, weight)
     for _ in range(3):
         residual = remainder.turns - values @ change
         angle = np.angle((remainder.weights * np.exp(2j * np.pi * residual)).sum()) / (2 * np.pi)
         residual = residual - angle
         residual -= np.round(residual)
         change[0] += angle
-        change = change + _robust(values, residual, remainder.weights)
+        change = change + robust(values, residual, remainder.weights)
     return change
 
 
-def _robust(design: np.ndarray, target: np.ndarray, weight: np.ndarray) -> np.ndarray:
+def robust(design: np.ndarray, target: np.ndarray, weight: np.ndarray) -> np.ndarray:
     """Least squares with Huber's weights, a small ridge for what tiles do not determine."""
     solution, robust = np.zeros(design.shape[1]), weight
     for _ in range(4):

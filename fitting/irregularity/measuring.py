@@ -1,9 +1,9 @@
 """The verb `form`: from one picture of fringes to the form of a surface, with its budget; or a refusal."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, cast
 
 import numpy as np
 
@@ -14,10 +14,12 @@ from fitting.irregularity.indications import fringes_of
 from fitting.irregularity.moments import products_at
 from fitting.irregularity.projection import FormFit
 from fitting.irregularity.pupil import pupil_of, usable_pixels
+from fitting.irregularity.request import LEAST_RADIUS, Request, flip_of
 from fitting.irregularity.result import Form, Lengths
 from fitting.irregularity.search import LOCKED, Search, search
 from fitting.irregularity.solution import Solution, Uncertain, solved
-from fitting.irregularity.zernike import ORDERS, TERMS, at_points, slopes
+from fitting.irregularity.stepped import form_of_frames
+from fitting.irregularity.zernike import at_points, slopes
 from fitting.parameters import (
     Progress,
     absolute_sd,
@@ -29,21 +31,18 @@ from fitting.parameters import (
 )
 from fitting.photo import Photograph, read
 from fitting.reasons import Reason
-from newtonjax.numerics import shown
 
 # Fewer fringes leave folds: the illumination takes up what a fringe would say.
 LEAST_FRINGES = 6.0
-_LEAST_RADIUS, _LEAST_PIXELS = 24.0, 1500
+_LEAST_PIXELS = 1500
 _STEPS = 2
 # Width of the finest fringe [px] below which sampling is said; inflation of the noise beyond which it is said.
 _FINE, _CORRELATED = 3.0, 1.5
-# Of a term within so many standard deviations of zero the sign decides nothing.
-_SIGN_SDS = 3.0
 
 
 @says_its_origin
 def form(
-    image: str | Path | np.ndarray,
+    image: str | Path | np.ndarray | Sequence[str | Path | np.ndarray],
     *,
     wavelength: float | None = None,
     wavelength_sd: float | str | None = None,
@@ -67,7 +66,8 @@ def form(
     the gap, λ/2. Fitted are two radial orders more than are reported, up to 36 terms.
 
     Args:
-      image: a file, or an array as in `fitting.fit`.
+      image: a file, or an array as in `fitting.fit`; or a list of three frames and more of one surface, stepped in
+        phase by unknown parts of a fringe, whose light is then free at every pixel.
       wavelength, wavelength_sd: of the light in vacuum [m]; with them heights in nanometres.
       pixel_size, pixel_size_sd: at the surface [m]; with the wavelength, radii of curvature.
       reference_radius: of the surface against which it is seen, positive where it is hollow [m]; a plane unless given.
@@ -87,37 +87,15 @@ def form(
     lengths = _lengths(wavelength, wavelength_sd, pixel_size, pixel_size_sd, reference_radius)
     request = Request(lengths, pupil, pupil_sd, _whole("terms", terms), _whole("sign", sign), distortion_sd)
     request.check()
-    photograph = read(image, transfer, mask, page)
+    if isinstance(image, list | tuple):
+        if page is not None:
+            raise ValueError("page is given with a list of frames; leave it out")
+        with progress_of(progress, "fitting the form") as done, one_blas_thread():
+            done(1, _STEPS)
+            return form_of_frames(image, request, transfer, mask)
+    photograph = read(cast("str | Path | np.ndarray", image), transfer, mask, page)
     with progress_of(progress, "fitting the form") as done, one_blas_thread():
         return _measured(photograph, usable_pixels(photograph, mask is not None), request, done)
-
-
-class Request(NamedTuple):
-    """The arguments of `form` that are numbers, but for the light and the pixels, which are `lengths`."""
-
-    lengths: Lengths
-    pupil: tuple[float, float, float] | None
-    pupil_sd: float | None
-    terms: int | None
-    sign: int | None
-    distortion_sd: float
-
-    def check(self) -> None:
-        """Raises ValueError for what cannot be meant."""
-        if self.pupil is not None:
-            circle = [number("pupil", value) for value in self.pupil] if np.shape(self.pupil) == (3,) else [0.0]
-            if circle[-1] < _LEAST_RADIUS:
-                least = f"{_LEAST_RADIUS:g} pixels and more"
-                raise ValueError(
-                    f"pupil is {shown(self.pupil)}; allowed: column, row and radius of a circle of {least}"
-                )
-        for name, value, most in (("pupil_sd", self.pupil_sd, np.inf), ("distortion_sd", self.distortion_sd, 0.3)):
-            if value is not None and not 0 <= number(name, value) <= most:
-                raise ValueError(f"{name} is {value}; allowed: 0 to {most:g}")
-        if self.terms is not None and self.terms not in ORDERS:
-            raise ValueError(f"terms is {self.terms}; allowed: {', '.join(map(str, ORDERS))}")
-        if self.sign is not None and not 2 <= abs(self.sign) <= TERMS:
-            raise ValueError(f"sign is {self.sign}; allowed: the number of a term, 2 to {TERMS}, or minus that")
 
 
 def _whole(name: str, value: Any) -> int | None:
@@ -155,8 +133,8 @@ def _measured(photograph: Photograph, usable: np.ndarray, request: Request, done
             warnings.append(Reason.PUPIL_NOT_SEEN(radius=pupil.radius))
         pupil_sd = request.pupil_sd if request.pupil_sd is not None else pupil_sd
     blank = Form("refused", "", pupil=pupil, pupil_sd=pupil_sd, warnings=warnings, photograph=photograph)
-    if not pupil.radius >= _LEAST_RADIUS:
-        return replace(blank, message=Reason.PUPIL_TOO_SMALL(least=_LEAST_RADIUS), pupil=None)
+    if not pupil.radius >= LEAST_RADIUS:
+        return replace(blank, message=Reason.PUPIL_TOO_SMALL(least=LEAST_RADIUS), pupil=None)
     image = photograph.image
     pixels = disc_of(image, usable, pupil).pixels
     if pixels < _LEAST_PIXELS:
@@ -195,9 +173,9 @@ def _refusal(candidates: Search) -> str | None:
 
 def _answer(blank: Form, solution: Solution, candidates: Search, agreement: float, request: Request) -> Form:
     fit, form_of, covariance = solution.fit, solution.form, solution.covariance
-    flip = _flip(form_of, request.sign)
+    flip, sign_warnings = flip_of(form_of, np.sqrt(np.diag(covariance)), request.sign)
     pupil = blank.pupil or Pupil(0.0, 0.0, 1.0)
-    warnings = [*blank.warnings, *_warnings(solution, candidates, request, pupil.radius)]
+    warnings = [*blank.warnings, *sign_warnings, *_warnings(solution, candidates, pupil.radius)]
     piston = float(_positive_contrast(fit))
     form_of = flip * (form_of + np.eye(len(form_of))[0] * piston)
     return replace(
@@ -218,22 +196,8 @@ def _answer(blank: Form, solution: Solution, candidates: Search, agreement: floa
     )
 
 
-def _flip(form_of: np.ndarray, sign: int | None) -> float:
-    """The sign of all: that which is given, else power positive."""
-    term, target = (4, 1) if sign is None else (abs(sign), np.sign(sign))
-    value = form_of[term - 1] if term <= len(form_of) else 0.0
-    return float(target) if value >= 0 else -float(target)
-
-
-def _warnings(solution: Solution, candidates: Search, request: Request, radius: float) -> list[str]:
+def _warnings(solution: Solution, candidates: Search, radius: float) -> list[str]:
     texts: list[str] = []
-    if request.sign is None:
-        texts.append(Reason.FORM_SIGN_OPEN())
-    else:
-        term = abs(request.sign)
-        sd = np.sqrt(np.diag(solution.covariance))
-        if term > solution.terms or abs(solution.form[term - 1]) < _SIGN_SDS * sd[term - 1]:
-            texts.append(Reason.FORM_SIGN_UNDECIDED(term=term))
     if candidates.rivals:
         texts.append(Reason.FORM_RIVALS(count=len(candidates.rivals)))
     if solution.inflation > _CORRELATED:

@@ -19,10 +19,12 @@ def lines_of(form: Any) -> list[str]:
 
 def _pupil_lines(form: Any) -> list[str]:
     x, y, radius = form.pupil or (0.0, 0.0, 0.0)
+    steps = ", ".join(f"{step:.3f}" for step in form.steps or ())
     return [
         f"    pupil        centre ({x:.1f}, {y:.1f}), radius {with_sd(radius, form.pupil_sd, 'px')}",
         f"    fringes      {form.fringes or 0.0:.1f} over the pupil; the model explains {form.explained or 0.0:.1%} of "
-        f"the image variance, {form.agreement or 0.0:.0%} of the places confirm it",
+        "the image variance" + ("" if form.agreement is None else f", {form.agreement:.0%} of the places confirm it"),
+        *([] if form.steps is None else [f"    steps        {steps} fringe spacings, of {len(form.steps)} frames"]),
     ]
 
 

@@ -45,7 +45,7 @@ def residual_of(disc: Disc, fit: FormFit) -> Residual:
     dust = outlying if count > _NORMAL_SHARE * disc.pixels else None
     score = residual * contrast * np.sin(turns)
     score = np.where(outlying, np.float32(0), score) if dust is not None else score
-    return Residual(dust, _inflation(score))
+    return Residual(dust, inflation_of(score))
 
 
 def _surface(coefficients: np.ndarray, degree: int, u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -56,7 +56,7 @@ def _surface(coefficients: np.ndarray, degree: int, u: np.ndarray, v: np.ndarray
     return rows @ chebyshev.chebvander(u, degree).astype(np.float32).T
 
 
-def _inflation(score: np.ndarray) -> float:
+def inflation_of(score: np.ndarray) -> float:
     """The largest ratio of the variance of block sums to that of as many white pixels, where it is beyond chance."""
     square, largest = float(np.vdot(score, score)), 1.0
     sums, before = score, 1

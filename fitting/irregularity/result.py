@@ -17,6 +17,8 @@ from fitting.photo import Photograph
 # Two-sided 95 % of a normal distribution.
 _COVERAGE = 1.959963984540054
 _NUMBERS = ("fringes", "explained", "agreement", "inflation", "sign", "pupil_sd", "budget", "rivals")
+# Of files of earlier versions these are not there.
+_OF_FRAMES = ("steps", "contradictions")
 
 
 class Lengths(NamedTuple):
@@ -46,6 +48,8 @@ class Form(AbstractResult):
     - `fringes`: over the pupil; `explained`: share of the image's variance; `agreement`: share of places whose own
       phase confirms the form; `inflation`: of the noise's variance over that of white noise.
     - `rivals`: other forms that explain the picture as well, each [terms].
+    - `steps` [frames]: of the phase from the first frame, turns, where frames were given; `contradictions` [frames]:
+      chi-squared a term between the form of each frame and that of all others.
     """
 
     status: str
@@ -64,7 +68,10 @@ class Form(AbstractResult):
     rivals: list[list[float]] = field(default_factory=list)
     lengths: Lengths = NO_LENGTHS
     warnings: list[str] = field(default_factory=list)
+    steps: list[float] | None = None
+    contradictions: list[float] = field(default_factory=list)
     photograph: Photograph | None = None
+    reading: int = 1
     origin: Origin | None = None
 
     @property
@@ -127,7 +134,7 @@ class Form(AbstractResult):
             "nm_per_fringe": wavelength and wavelength / 2 * 1e9,
             "pupil_px": self.pupil and list(self.pupil),
             "lengths_m": self.lengths._asdict(),
-            **{name: getattr(self, name) for name in _NUMBERS},
+            **{name: getattr(self, name) for name in (*_NUMBERS, *_OF_FRAMES)},
             "parameters": {name: asdict(parameter) for name, parameter in self.parameters.items()},
             **self._common(),
         }
@@ -147,6 +154,7 @@ class Form(AbstractResult):
             warnings=warnings,
             origin=origin,
             **{name: saved[name] for name in _NUMBERS},
+            **{name: saved[name] for name in _OF_FRAMES if name in saved},
         )
 
     def save_map(self, path: str | Path, *, force: bool = False) -> None:
@@ -173,8 +181,9 @@ class Form(AbstractResult):
         if self.coefficients is None or self.pupil is None:
             return self._reason_figure()
         if ax is None:
-            return figure.of_form(self.photograph, *self._map_arguments())
-        figure.draw_fringes(self.photograph, self.pupil, np.array(self.coefficients), ax)
+            pupil, form, covariance, scale = self._map_arguments()
+            return figure.of_form(self.photograph, pupil.reduced(self.reading), form, covariance, scale)
+        figure.draw_fringes(self.photograph, self.pupil.reduced(self.reading), np.array(self.coefficients), ax)
         return ax.figure
 
     def report(self) -> str:

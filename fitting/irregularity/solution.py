@@ -78,7 +78,7 @@ def solved(
         dust = float(residual.dust.sum()) / max(disc.pixels, 1.0)
         fit = fit_form(disc, fit.coefficients)
         residual = residual_of(disc, fit)
-    evident = by_evidence(fit, residual.inflation, disc.pixels)
+    evident = by_evidence(fit.coefficients, residual.inflation * fit.covariance, disc.pixels / residual.inflation)
     reported = terms or evident
     fitted = [order for order in ORDERS if order >= max(reported, evident)][:3][-1]
     if fitted < len(fit.coefficients):
@@ -86,7 +86,7 @@ def solved(
     narrower = fit_form(_within(disc, _NARROWER), fit.coefficients, fit.degrees)
     rows = [
         pupil_row(fit.coefficients, pupil, uncertain.pupil),
-        edge_row(fit, narrower),
+        edge_row(narrower.coefficients - fit.coefficients, narrower.covariance - fit.covariance),
         terms_row(fit.coefficients, residual.inflation * fit.covariance, residual.inflation),
         blur_row(fit),
         distortion_row(fit.coefficients, uncertain.distortion),
@@ -96,14 +96,13 @@ def solved(
     return Solution(fit, reported, rows, residual.inflation, dust, uncertain.pupil / pupil.radius)
 
 
-def by_evidence(fit: FormFit, inflation: float, count: float) -> int:
+def by_evidence(p: np.ndarray, covariance: np.ndarray, count: float) -> int:
     """How many terms the picture bears evidence of, by whole orders from all of them downwards.
 
-    W - k ln(n / inflation) is least, W the chi-squared of the k terms that are dropped (Schwarz 1978). Upwards would
-    not do: a form cut short is more than half a turn off, and its fit is lost.
+    W - k ln n is least, W the chi-squared of the k terms that are dropped, n independent pixels (Schwarz 1978). Upwards
+    would not do: a form cut short is more than half a turn off, and its fit is lost.
     """
-    p, covariance = fit.coefficients, inflation * fit.covariance
-    penalty = np.log(max(count / inflation, 2.0))
+    penalty = np.log(max(count, 2.0))
     best, least = len(p), 0.0
     for order in (order for order in ORDERS if order < len(p)):
         dropped = p[order:]

@@ -31,7 +31,10 @@ def _circle(text: str) -> tuple[float, float, float]:
 
 
 def form(
-    photo: Annotated[Path, typer.Argument(metavar="PHOTO", help="Picture of fringes of equal thickness.")],
+    photos: Annotated[
+        list[Path],
+        typer.Argument(metavar="PHOTO", help="Picture of fringes of equal thickness; or three frames and more."),
+    ],
     wavelength: Wave = None,
     wavelength_sd: WaveSd = None,
     pixel_size: Pixel = None,
@@ -62,11 +65,14 @@ def form(
     output_dir: OutputDir = None,
     force: Force = False,
 ) -> int:
-    """Measure the form of a surface from one picture of fringes, in the words of ISO 10110-5.
+    """Measure the form of a surface from its fringes, in the words of ISO 10110-5.
 
     Power, astigmatism and irregularity, each with a standard deviation and where it
     comes from. Heights are in fringe spacings, with a wavelength also in nanometres;
-    with a pixel size two radii of curvature follow. It wants 6 fringes and more over the aperture, best open ones.
+    with a pixel size two radii of curvature follow. One picture wants 6 fringes and
+    more over the aperture, best open ones. Three frames and more, stepped in phase by
+    parts of a fringe that need not be known, want none; the frame that contradicts
+    the others is named.
     """
     from fitting.shell import form_verb
     from fitting.shell.answer import Outputs
@@ -86,4 +92,4 @@ def form(
         "mask": mask,
         "page": page,
     }
-    return form_verb.run(photo, options, Outputs(json, output_dir, force))
+    return form_verb.run(photos, options, Outputs(json, output_dir, force))

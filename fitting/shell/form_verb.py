@@ -4,15 +4,16 @@ from pathlib import Path
 
 import fitting
 from fitting.shell.answer import Extras, Outputs
+from fitting.shell.fit_verb import check_files
 from fitting.shell.progress import progress
 
 
-def run(photo: Path, options: dict, outputs: Outputs) -> int:
+def run(photos: list[Path], options: dict, outputs: Outputs) -> int:
     """Measure, report, write; the exit status."""
-    if not photo.is_file():
-        raise FileNotFoundError(f"{photo} is not a file; give the path of a picture of fringes")
+    check_files(dict.fromkeys(photos, "picture of fringes"))
     outputs = outputs._replace(more=("map.csv",))
-    outputs.check((photo,))
-    with progress(f"fitting {photo.name}"):
-        result = fitting.form(photo, **options)
+    outputs.check(tuple(photos))
+    image, names = (photos[0], photos[0].name) if len(photos) == 1 else (photos, f"{len(photos)} frames")
+    with progress(f"fitting {names}"):
+        result = fitting.form(image, **options)
     return outputs.write(result, Extras(files=lambda _: {"map.csv": result.map_csv()}))
