@@ -1,6 +1,7 @@
 """fitting: the layer that turns an image of rings into a lens radius with a standard deviation."""
 
 from fitting.batches import Batch as Batch
+from fitting.colour import ColourReason as ColourReason
 from fitting.irregularity import Form as Form
 from fitting.irregularity import WedgePhoto as WedgePhoto
 from fitting.irregularity import form as form

@@ -8,6 +8,7 @@ from fitting.photo.matched_filter import search as search
 from fitting.photo.reading import Photograph as Photograph
 from fitting.photo.reading import read as read
 from fitting.photo.reading import read_again as read_again
+from fitting.photo.reading import read_channels as read_channels
 from fitting.photo.reduction import DEGREES as DEGREES
 from fitting.photo.reduction import NODES as NODES
 from fitting.photo.reduction import Grid as Grid

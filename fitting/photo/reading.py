@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 from scipy import ndimage
 
-from fitting.photo.arrays import SATURATED, Planes, array_of, below, clearest_channel, planes_of
+from fitting.photo.arrays import SATURATED, Planes, below, clearest_channel, planes_of
 from fitting.photo.codes import Codes, Curve
 from fitting.photo.image_file import SMALLER, load
+from fitting.photo.masks import checked_mask
 from fitting.photo.smoothing import smooth, thin
 from fitting.reasons import Reason
 from newtonjax.numerics import require_memory, shown
@@ -59,43 +60,88 @@ def read(
     transfer: str | float | None = None,
     mask: str | Path | np.ndarray | None = None,
     page: int | None = None,
+    channel: str | None = None,
 ) -> Photograph:
     """A photograph from a file or an array [rows, columns] or [rows, columns, channels].
 
     Without `transfer`, 8-bit codes (also in wider integers, with a warning) are taken as sRGB, others as linear; it may
-    be "linear", "srgb" or an exponent. Of a colour image the channel with most fringe contrast over noise that is not
-    saturated is taken. Masked are pixels that are saturated (at the top of the type, or where codes pile up below it),
-    outside of the lit field, transparent, masked in the array, far outside of all others (hot or dead), and where
-    `mask` is False.
+    be "linear", "srgb" or an exponent. Of a colour image `channel` ("red", "green" or "blue") is taken, or without it
+    the one with most fringe contrast over noise that is not saturated. Masked are pixels that are saturated (at the top
+    of the type, or where codes pile up below it), outside of the lit field, transparent, masked in the array, far
+    outside of all others (hot or dead), and where `mask` is False.
     Of a file with several pictures `page` says which, from 1 on; the first is taken, with a warning, where it does not.
 
     Raises FileNotFoundError, and ValueError for what is no image or needs more memory than there is.
     """
+    planes, warnings = _ready(image, transfer, page)
+    number = clearest_channel(planes) if channel is None else _number_of(channel, planes)
+    label = _labels(planes)[number]
+    # The other channels of a file are not kept until the end.
+    planes = _single(planes, number)
+    return _photograph(planes, label, transfer, mask, warnings)
+
+
+def read_channels(
+    image: str | Path | np.ndarray,
+    transfer: str | float | None = None,
+    mask: str | Path | np.ndarray | None = None,
+    page: int | None = None,
+) -> tuple[Photograph, ...]:
+    """All channels of an image: red, green and blue, or grey alone; arguments and errors as `read`."""
+    planes, warnings = _ready(image, transfer, page)
+    photographs = []
+    for number, label in enumerate(_labels(planes)):
+        single = _single(planes._replace(visible=planes.visible.copy()), number)
+        photographs.append(_photograph(single, label, transfer, mask, list(warnings)))
+    return tuple(photographs)
+
+
+def _ready(image, transfer: str | float | None, page: int | None) -> tuple[Planes, list[str]]:
+    """The channels of an image, its integers taken for codes of 8 bits where they can be."""
     planes, warnings = _planes(image, page)
-    rows, columns = planes.codes.shape[:2]
-    itemsize = planes.codes.itemsize
     if planes.may_be_bytes and (transfer is None or (isinstance(transfer, str) and transfer == "srgb")):
         planes = planes._replace(top=255.0)
         if transfer is None:
             kind = planes.codes.dtype
             warnings.append(Reason.READ_AS_8_BIT(kind=kind))
-    top = planes.top
+    rows, columns = planes.codes.shape[:2]
+    itemsize = planes.codes.itemsize
     # One channel, a mask, the lit field, and what passes by while these are made.
     require_memory(f"a photograph of {rows} x {columns} pixels", float(rows) * columns * (itemsize + 5), SMALLER)
-    channel = clearest_channel(planes)
-    exponent, name = _transfer(transfer, top)
+    return planes, warnings
+
+
+def _number_of(channel: str, planes: Planes) -> int:
+    """Which channel is meant. Raises ValueError for a name that the image does not have."""
+    labels = _labels(planes)
+    if not (isinstance(channel, str) and channel in labels):
+        raise ValueError(f"channel is {shown(channel)}; allowed for this image: {', '.join(labels)}")
+    return labels.index(channel)
+
+
+def _labels(planes: Planes) -> tuple[str, ...]:
+    return _CHANNELS if planes.channels == 3 else ("grey",)
+
+
+def _single(planes: Planes, number: int) -> Planes:
+    """One channel of an image, as a copy."""
     # A copy of its own, for an array of the caller's may change later; in this machine's order of bytes.
-    plane = np.array(planes.codes[:, :, channel], planes.codes.dtype.newbyteorder("="), order="C")
+    kind = planes.codes.dtype.newbyteorder("=")
+    codes = np.array(planes.codes[:, :, number : number + 1], kind, order="C")
+    return planes._replace(codes=codes, channels=1)
+
+
+def _photograph(planes: Planes, label: str, transfer: str | float | None, mask, warnings: list[str]) -> Photograph:
+    """The first channel of an image, made ready."""
+    plane, top = planes.codes[:, :, 0], planes.top
+    exponent, name = _transfer(transfer, top)
     codes = Codes(plane, Curve(top if np.isfinite(top) else 1.0, exponent))
     lit, has_two_levels = planes.visible, planes.has_two_levels
-    labels = _CHANNELS if planes.channels == 3 else ("grey",)
-    # The other channels of a file are not kept until the end.
-    del planes
     if not np.issubdtype(plane.dtype, np.integer):
         lit &= np.isfinite(plane)
     lit &= _not_wild(codes, lit) & _lit(codes)
     if mask is not None:
-        lit &= _checked_mask(mask, plane.shape)
+        lit &= checked_mask(mask, plane.shape)
     # Of two levels one is no saturation.
     follows = below(plane, np.inf if has_two_levels else _saturation(plane, top))
     usable = lit & follows
@@ -106,7 +152,7 @@ def read(
     light = codes.light_where(usable[sample], sample)
     unit = float(np.percentile(light, 99.5)) if light.size else 0.0
     codes = Codes(plane, replace(codes.curve, unit=unit or 1.0))
-    return Photograph(codes, usable, lit, labels[channel], name, warnings, has_two_levels)
+    return Photograph(codes, usable, lit, label, name, warnings, has_two_levels)
 
 
 def read_again(source: np.ndarray, like: Photograph) -> Photograph:
@@ -154,24 +200,6 @@ def _planes(source: str | Path | np.ndarray, page: int | None) -> tuple[Planes, 
 def _is_one(values: np.ndarray) -> bool:
     """Whether all values are the same; those of one bit have no differences."""
     return bool(values.min() == values.max())
-
-
-def _checked_mask(mask: str | Path | np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """A mask from an array, or from an image file: True where it is brighter than half of its brightest pixel.
-
-    Black is not 0 in a JPEG, whose edges ring by some codes.
-
-    Raises FileNotFoundError, and ValueError for what is no mask of that shape.
-    """
-    if isinstance(mask, str | Path):
-        codes = load(mask).codes
-        grey = codes if codes.ndim == 2 else codes[:, :, : 3 if codes.shape[2] >= 3 else 1].max(axis=2)
-        usable = grey > grey.max() / 2
-    else:
-        usable = array_of(mask, "mask").astype(bool)
-    if usable.shape != shape:
-        raise ValueError(f"mask has shape {usable.shape}; allowed: the image's, {shape}")
-    return usable
 
 
 def _saturation(plane: np.ndarray, top: float) -> float:

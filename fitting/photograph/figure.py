@@ -4,13 +4,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy import ndimage
 
-from fitting.photograph.picture import Picture
+from fitting.photograph.picture import DrawnPicture, Picture
 
 # No more rings than this are drawn: beyond, they would hide the photograph.
 _RINGS = 40
 
 
-def of_picture(picture: Picture, centre: tuple[float, float], title: str) -> Figure:
+def of_picture(picture: Picture | DrawnPicture, centre: tuple[float, float], title: str) -> Figure:
     """Photograph with the fitted dark rings over it, residual, and the order across against angle down; centre [px]."""
     figure = Figure(figsize=(11, 9.2), layout="constrained")
     (over, left), (unwrapped, profile) = figure.subplots(2, 2)
@@ -36,7 +36,7 @@ def of_picture(picture: Picture, centre: tuple[float, float], title: str) -> Fig
     return figure
 
 
-def draw_photograph(picture: Picture, centre: tuple[float, float], axes) -> tuple[float, float]:
+def draw_photograph(picture: Picture | DrawnPicture, centre: tuple[float, float], axes) -> tuple[float, float]:
     """The photograph and the fitted dark rings into matplotlib axes; the intensities that are black and white."""
     image = picture.photograph.image
     low, high = np.nanpercentile(np.where(picture.weights > 0, image, np.nan), [1, 99])
@@ -48,7 +48,9 @@ def draw_photograph(picture: Picture, centre: tuple[float, float], axes) -> tupl
     return float(low), float(high)
 
 
-def unwrap(picture: Picture, centre: tuple[float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def unwrap(
+    picture: Picture | DrawnPicture, centre: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Photograph and model on a grid of angle (down) and order (across), NaN where masked; order [turns], angle [rad].
 
     The order is the fit's phase less that of the ring's centre, so that an ellipse or a distortion bends no line.

@@ -31,7 +31,9 @@ from fitting.photo import (
     settled,
     view_of,
 )
+from fitting.photograph.colours import fit_channels
 from fitting.photograph.light import with_richer_light
+from fitting.photograph.light_words import light_of
 from fitting.photograph.priors import Priors
 from fitting.photograph.result import FitResult
 from fitting.photograph.second_look import rings_in_the_middle
@@ -50,7 +52,7 @@ from fitting.photograph.transfer import linearized
 from fitting.photograph.verdict import RefusedError, judge, too_steep, why_refused
 from fitting.reasons import Reason
 from newtonjax.numerics import x64
-from newtonjax.scene import Scene
+from newtonjax.scene import Scene, Spectrum
 
 # More blocks than this are made wider, up to so many cycles of the finest fringe in one: a made picture of 29 million
 # pixels has a deviation of 1.2 millionths with them, 0.9 without.
@@ -65,7 +67,7 @@ _SHAPES, _ALIKE = (4 / 3, 3 / 2, 16 / 9, 5 / 4), 0.005
 def fit(
     image: str | Path | np.ndarray | jax.Array,
     *,
-    wavelength: float | None = None,
+    wavelength: float | str | None = None,
     pixel_size: float | None = None,
     radius: float | None = None,
     gap_index: float | None = None,
@@ -90,6 +92,8 @@ def fit(
     axis_px_sd: float | None = None,
     view_angle: float | None = None,
     view_angle_sd: float | str | None = None,
+    light: str | Spectrum | None = None,
+    channel: str | None = None,
     progress: Progress = None,
 ) -> FitResult:
     """The lens radius, or another one of radius, wavelength, pixel size and gap index, from an image of rings.
@@ -131,6 +135,10 @@ def fit(
         an angle, or of a lens with two radii: with 0 they are the lens's. The result then has "radius_along" of the
         steeper meridian, "radius_across" and "astigmatism_axis" among its parameters, and the radius is that of their
         mean curvature; without, it is their geometric mean, and what is undecided is in the budget.
+      light: in place of the wavelength, a lamp whose lines the rings are of, in the words of `newtonjax.lamp` or as a
+        Spectrum: all channels are fitted together, each with amplitudes of its own for the lamp's lines and for bands.
+        A lamp's name given as wavelength means the same. The fringe scale is that of the line nearest to 555 nm.
+      channel: "red", "green" or "blue"; without it the one with the clearest rings.
       progress: True for a bar on the terminal, or a function of (steps done, their number).
 
     What the data cannot give comes back as a status and a message. Raises ValueError and FileNotFoundError for input
@@ -139,12 +147,20 @@ def fit(
     """
     arguments, began = locals(), time.perf_counter()
     try:
+        is_of_lines = light is not None or isinstance(wavelength, str)
+        light_given = light_of(arguments) if is_of_lines else None
+        if light_given is not None:
+            arguments["wavelength"] = light_given.reference
         task = task_of(arguments)
         # Reading has loaded SciPy, whose threads are to be limited too.
         with x64(runs_programs=scene is not None), one_blas_thread(), progress_of(progress, "fitting") as done:
             done(1, 4)
             task, rings = find(task)
             done(2, 4)
+            if light_given is not None:
+                result = fit_channels(task, rings, light_given, arguments, began)
+                done(4, 4)
+                return result
             choice = solve(task, rings)
             done(3, 4)
             judge(choice.found, choice.photograph, rings, task.is_guided)

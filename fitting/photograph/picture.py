@@ -30,3 +30,13 @@ class Picture:
     @cached_property
     def weights(self) -> np.ndarray:
         return pictures.weights(self.found, self.photograph.mask)
+
+
+@dataclass(frozen=True)
+class DrawnPicture:
+    """What the pictures are drawn from, of a fit that has it all at every pixel; the names are those of `Picture`."""
+
+    photograph: Photograph
+    fitted: np.ndarray
+    phase: np.ndarray
+    weights: np.ndarray

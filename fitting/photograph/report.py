@@ -107,7 +107,7 @@ def _parameters(parameters: dict[str, Parameter]) -> list[str]:
         return []
     lines, width = ["[[Parameters]]"], max(len(name) for name in printed)
     for name, number in printed.items():
-        unit, exact = TABLE[name].unit if name in TABLE else "", not number.sd
+        unit, exact = "" if name.endswith("_px") else number.unit, not number.sd
         text = f"{number.value:.10g} {unit}" if exact else with_sd(number.value, number.sd, unit)
         lines.append(f"    {name:<{width}} {text.rstrip()}" + (" (given)" if number.fixed else ""))
     return lines

@@ -15,7 +15,7 @@ from fitting.parameters import (
     parameters_from,
 )
 from fitting.photograph.evidence import Evidence
-from fitting.photograph.picture import Picture
+from fitting.photograph.picture import DrawnPicture, Picture
 from fitting.photograph.report import dominant_of, headline_of, report_of
 from fitting.photograph.ring_radii import KEYS, KINDS, FittedRing, table_of
 from fitting.photograph.rival import Finding
@@ -69,7 +69,7 @@ class FitResult(AbstractResult):
     parameters: dict[str, Parameter] = field(default_factory=dict)
     names: tuple[str, ...] = ()
     covariance: np.ndarray | None = None
-    picture: Picture | None = None
+    picture: Picture | DrawnPicture | None = None
     evidence: Evidence | None = None
     origin: Origin | None = None
 

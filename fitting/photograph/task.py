@@ -101,6 +101,7 @@ def task_of(arguments: dict[str, Any]) -> Task:
         arguments["transfer"],
         arguments["mask"],
         arguments["page"],
+        arguments.get("channel"),
     )
     if arguments["view"] is None and scene is None:
         photograph.warnings.append(Reason.VIEW_ASSUMED())

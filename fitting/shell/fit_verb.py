@@ -47,6 +47,14 @@ class FitOptions(NamedTuple):
     axis_sd: float | None = None
     view_angle: float | None = None
     view_angle_sd: float | str | None = None
+    light: str | None = None
+    channel: str | None = None
+
+    @property
+    def lamp(self) -> str | None:
+        """The words for a light of several lines, also where they stand for the wavelength."""
+        of_wavelength = None if self.wavelength is None or self.scene is not None else self.wavelength.lamp
+        return of_wavelength if self.light is None else self.light
 
 
 def model_of(values: dict[str, Any]) -> dict[str, Any]:
@@ -156,6 +164,8 @@ def _check(photo: Path, options: FitOptions, outputs: Outputs) -> None:
     """Refuse before anything slow starts what cannot be read or written."""
     check_files({photo: "photograph"})
     check_options(options)
+    if options.mcmc and options.lamp is not None:
+        raise ValueError(f"--mcmc draws from the fit of one wavelength, not of light {options.lamp}; leave --mcmc out")
     if options.mcmc and options.plate_radius is not None:
         raise ValueError("--mcmc draws the rings' own radius; leave --plate-radius out, and take the plate off after")
     read = photo, options.scene, options.mask, options.scale_from
@@ -174,6 +184,8 @@ def check_options(options: FitOptions) -> None:
     check_files({options.scene: "scene", options.mask: "mask", options.scale_from: "scale's JSON"})
     if options.scale_from is not None and options.pixel_size is not None:
         raise ValueError("--scale-from and --pixel-size both give the pixel size; leave one out")
+    if options.light is not None and options.wavelength is not None:
+        raise ValueError("--light and --wavelength both say what the light is; leave one out")
 
 
 def arguments_of(options: FitOptions) -> dict:
@@ -187,7 +199,7 @@ def arguments_of(options: FitOptions) -> dict:
     }
     if options.wavelength is not None and options.wavelength_sd is None:
         arguments["wavelength_sd"] = options.wavelength.sd
-    for name in ("plate_radius", "plate_radius_sd", "page", "radius_sd"):
+    for name in ("plate_radius", "plate_radius_sd", "page", "radius_sd", "channel"):
         if getattr(options, name) is not None:
             arguments[name] = getattr(options, name)
     if options.mask is not None:
@@ -198,6 +210,9 @@ def arguments_of(options: FitOptions) -> dict:
     if options.scale_from is not None:
         del arguments["pixel_size"]
         arguments["scale"] = options.scale_from
+    if options.lamp is not None:
+        of_light = {name: value for name, value in arguments.items() if name != "wavelength_sd"}
+        return {**of_light, "light": options.lamp, "view": options.view}
     if options.scene is None:
         wavelength = None if options.wavelength is None else options.wavelength.within(1.0)
         return {**arguments, "wavelength": wavelength, "view": options.view}

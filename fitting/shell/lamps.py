@@ -11,6 +11,8 @@ from newtonjax.scene import LAMPS, LINES
 _MEAN_SD = {"sodium": 0.0575e-9, "mercury-yellow": 0.2e-9}
 # Of a lamp of several lines, over their rms distance from their mean: what it makes of the doublets above.
 _SD_OF_LINES = 0.2
+# Lines further apart than this [m] are colours of their own.
+_APART = 5e-9
 # In standard air [m]. "sodium" is the middle of its doublet.
 _SODIUM = 589.294
 _INDEX_OF_AIR = 1.00028
@@ -19,12 +21,14 @@ _INDEX_OF_AIR = 1.00028
 class Wavelength(NamedTuple):
     """A wavelength as it was given [m]; `line` is True for the air wavelength of a named line.
 
-    `sd`: standard deviation of a doublet's mean, by its lines' unknown intensities; None for anything else.
+    `sd`: standard deviation of a doublet's mean, by its lines' unknown intensities; None for anything else. `lamp`: the
+    words for a light of lines so far apart that a photograph shows several; the wavelength is their mean.
     """
 
     given: float
     line: bool
     sd: float | None = None
+    lamp: str | None = None
 
     def within(self, ambient_index: float) -> float:
         """The wavelength for a scene whose surroundings have this index [m].
@@ -64,7 +68,9 @@ def _mean(text: str) -> Wavelength:
     mean = float(spectrum.wavelength)
     spread = float(np.sqrt((spectrum.shares * (spectrum.wavelengths - mean) ** 2).sum()))
     is_named = text.partition(":")[0].strip().lower() in LAMPS
-    return Wavelength(mean, line=is_named, sd=_SD_OF_LINES * spread or None)
+    lines = np.asarray(spectrum.wavelengths)
+    several = is_named and float(np.ptp(lines)) > _APART
+    return Wavelength(mean, line=is_named, sd=_SD_OF_LINES * spread or None, lamp=text if several else None)
 
 
 def light(text: str) -> str:

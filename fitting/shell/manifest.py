@@ -20,6 +20,12 @@ def _view(text: str) -> str:
     return text
 
 
+def _channel(text: str) -> str:
+    if text not in ("red", "green", "blue"):
+        raise ValueError(f"{text!r}; give red, green or blue")
+    return text
+
+
 def _page(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
         raise ValueError(f"{text!r}; give the number of a page, from 1 on")
@@ -53,6 +59,8 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "axis_sd": quantities.number,
     "view_angle": quantities.angle,
     "view_angle_sd": quantities.angle_sd,
+    "light": lamps.light,
+    "channel": _channel,
 }
 
 

@@ -7,6 +7,7 @@ import typer
 
 from fitting.shell import quantities
 from fitting.shell.options import (
+    Channel,
     Columns,
     Encoding,
     Force,
@@ -14,6 +15,7 @@ from fitting.shell.options import (
     GapIndexSd,
     Json,
     KnownRadius,
+    Light,
     MaskImage,
     OutputDir,
     Page,
@@ -55,6 +57,8 @@ def fit(
     plate_radius_sd: PlateSd = None,
     mask: MaskImage = None,
     page: Page = None,
+    light: Light = None,
+    channel: Channel = None,
     mcmc: Annotated[bool, typer.Option("--mcmc", help="Also draw from the posterior (emcee).")] = False,
     json: Json = None,
     output_dir: OutputDir = None,
@@ -73,7 +77,7 @@ def fit(
     options = fit_verb.FitOptions(
         wavelength, pixel_size, wavelength_sd, pixel_size_sd, radius, view, scene, transfer, scale_from,
         mask=mask, mcmc=mcmc, plate_radius=plate_radius, plate_radius_sd=plate_radius_sd, page=page,
-        radius_sd=radius_sd, **fit_verb.model_of(model),
+        radius_sd=radius_sd, light=light, channel=channel, **fit_verb.model_of(model),
     )  # fmt: skip
     return fit_verb.run(photo, options, Outputs(json, output_dir, force))
 

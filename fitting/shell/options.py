@@ -110,6 +110,16 @@ ScreenPixel = Annotated[
     ),
 ]
 PixelSd = Annotated[Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of the pixel size.")]
+Light = Annotated[
+    Any,
+    option(
+        lamps.light, "LAMP", "In place of the wavelength: a lamp of several lines, fitted to all channels together."
+    ),
+]
+Channel = Annotated[
+    Literal["red", "green", "blue"] | None,
+    typer.Option(help="Channel that is measured.", show_default="the one with the clearest rings"),
+]
 WaveSd = Annotated[Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of the wavelength.")]
 RadiusSd = Annotated[Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of the known radius.")]
 KnownRadius = Annotated[

@@ -1,0 +1,29 @@
+"""What the fit of all channels together may say: sentences of results by name, as in `fitting/reasons.py`."""
+
+from enum import unique
+
+from newtonjax.numerics import Wording
+
+
+@unique
+class ColourReason(Wording):
+    """Sentences of `message` and `warnings` about the light of a photograph."""
+
+    LINES_NOT_SEEN = (
+        "the rings do not show the lines of this light: bands without lines explain them as well (odds of e^{odds:.1f} "
+        "for the lines, at least e^{least:g} are required); a radius needs lines, or one wavelength behind a filter"
+    )
+    ANOTHER_LAMP = (
+        "the rings are those of {best} rather than of {lines} nm (odds of e^{odds:.0f}); give light={best!r} "
+        "(--light {best}) if this was the lamp"
+    )
+    CHANNELS_CLIPPED = (
+        "the brightest rings of {channels} are cut off, below the largest code: they were left out; expose less"
+    )
+    CHANNELS_DISAGREE = (
+        "the channels by themselves differ by {spread:.2%} in the {measured}, {deviations:.1f} times what their noise "
+        "explains: their scatter is in the budget"
+    )
+    GAP_ORDER_OPEN = (
+        "the gap at the centre may be off by whole half waves: the order taken has a probability of {probability:.0%}"
+    )

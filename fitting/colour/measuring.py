@@ -1,0 +1,150 @@
+"""From the channels of a photograph to one rate of all of them, with what speaks for it."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from fitting.colour.blocks import Blocks, blocks_of
+from fitting.colour.geometry import Placed, place
+from fitting.colour.lamp_fit import LampFit, best_fit, weighed
+from fitting.colour.palette import of_lamp
+from fitting.colour.profiles import Profiles, profiles_of
+from fitting.colour.scatter import deviation_of_rate
+from fitting.colour.solver import optimum
+from fitting.colour.variants import Variant, variants_of
+from fitting.colour.waveform import View, gaps
+from fitting.photo import Photograph, Rings
+
+# Share of the highest level above which a channel is compared with itself; what is left over there and falls by so
+# much without it was clipped.
+_HIGH, _CLIPPED = 0.93, 0.75
+# Orders of the gap that are compared, to either side.
+_ORDERS = (-2, -1, 1, 2)
+
+
+class ChannelRate(NamedTuple):
+    """A channel fitted by itself: its number, the logarithm of its rate and the standard deviation by its sectors."""
+
+    channel: int
+    log_rate: float
+    sd: float
+
+
+@dataclass(frozen=True)
+class Rings1D:
+    """Rings of all channels as profiles in their place."""
+
+    blocks: Blocks
+    placed: Placed
+    profiles: Profiles
+    view: View
+    scale: float
+    channels: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class ColourFit:
+    """One curve for all channels, under light of some lines and bands.
+
+    - `fit`: the best curve; `deviation` of its log rate by the sectors; `variants`: models as good.
+    - `channels`: each by itself; `clipped`: numbers of channels whose brightest rings were left out.
+    """
+
+    rings: Rings1D
+    fit: LampFit
+    deviation: float
+    variants: list[Variant]
+    by_channel: list[ChannelRate]
+    clipped: tuple[int, ...]
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation of the log rate among admissible models."""
+        return float(np.sqrt(np.mean([variant.shift**2 for variant in self.variants]))) if self.variants else 0.0
+
+    @property
+    def explained(self) -> Float[np.ndarray, " channels"]:
+        """Share of each channel's variance over its rings that the model explains."""
+        return 1 - self.fit.unexplained
+
+    @cached_property
+    def order_odds(self) -> dict[int, float]:
+        """Probability of the gap as found (0) and of gaps so many half wavelengths further."""
+        problem, best = self.fit.problem, self.fit.optimum
+        half = 0.5e6 * float(np.mean(problem.palette.wavelengths[: problem.palette.lines]))
+        chi2 = {0: best.chi2}
+        for order in _ORDERS:
+            start = best.curve._replace(offset=best.curve.offset + order * half)
+            moved_optimum = optimum(problem, start)
+            if abs(moved_optimum.curve.offset - start.offset) < 0.4 * half:
+                chi2[order] = moved_optimum.chi2
+        least, inflation = min(chi2.values()), self.fit.correlation
+        weights = {order: float(np.exp(-(value - least) / (2 * inflation))) for order, value in chi2.items()}
+        return {order: weight / sum(weights.values()) for order, weight in weights.items()}
+
+
+def rings_in(
+    photographs: tuple[Photograph, ...], rings: Rings, pixel_size: float, sign: float, channels: tuple[int, ...]
+) -> Rings1D:
+    """The profiles of the channels; `pixel_size` over the root of the index [m], `sign` of the fringes at contact.
+
+    Raises ValueError where no block of pixels is used.
+    """
+    blocks = blocks_of(photographs, rings)
+    placed = place(blocks, rings)
+    profiles = profiles_of(blocks, placed, rings)
+    view = View(pixel_size, sign, float(profiles.squares.max()))
+    return Rings1D(blocks, placed, profiles, view, rings.scale, channels)
+
+
+def fit_lamp(rings: Rings1D, lines: Float[np.ndarray, " lines"]) -> tuple[LampFit, tuple[int, ...]]:
+    """The best curve of light of these lines and bands; and the channels whose brightest rings are clipped."""
+    palette = of_lamp(lines)
+    plain = best_fit(rings.profiles, palette, rings.scale, rings.view, rings.channels)
+    dim = plain.problem.profiles.below(np.full(len(rings.channels), _HIGH))
+    problem = replace(plain.problem, profiles=dim)
+    cut = weighed(problem, plain.optimum.curve)
+    ratio = cut.problem.variances / weighed_on(problem, plain)
+    clipped = tuple(np.flatnonzero(ratio < _CLIPPED).tolist())
+    if not clipped:
+        return plain, ()
+    level = np.where(ratio < _CLIPPED, _HIGH, np.inf)
+    problem = replace(plain.problem, profiles=plain.problem.profiles.below(level))
+    return weighed(problem, cut.optimum.curve), clipped
+
+
+def weighed_on(problem, plain: LampFit) -> Float[np.ndarray, " channels"]:
+    """Variance of a block of weight 1 that a fit leaves on the bins of another problem [channels]."""
+    weight, means = problem.profiles.weight, problem.profiles.means
+    models = [answer.model for answer in plain.problem.solved(plain.optimum.curve)]
+    return np.mean(weight * (means - np.stack(models)) ** 2, axis=1)
+
+
+def measure(rings: Rings1D, lines: Float[np.ndarray, " lines"]) -> ColourFit:
+    """One curve for all channels under light of these lines, with its standard deviation and its rivals."""
+    fit, clipped = fit_lamp(rings, lines)
+    deviation = deviation_of_rate(fit.problem, fit.optimum)
+    by_channel = [_alone(fit, k) for k in range(len(rings.channels))]
+    return ColourFit(rings, fit, deviation, variants_of(fit), by_channel, clipped)
+
+
+def _alone(fit: LampFit, number: int) -> ChannelRate:
+    """One channel by itself, next to the curve of all."""
+    problem = fit.problem
+    part = slice(number, number + 1)
+    one_channel = replace(
+        problem,
+        profiles=problem.profiles.channel(number),
+        channels=problem.channels[part],
+        variances=problem.variances[part],
+    )
+    best = optimum(one_channel, fit.optimum.curve)
+    return ChannelRate(problem.channels[number], best.curve.log_rate, deviation_of_rate(one_channel, best))
+
+
+def gap_at_centre(fit: LampFit) -> float:
+    """Gap times index at the centre [m]."""
+    return float(gaps(fit.optimum.curve, np.zeros(1), 1, fit.problem.view)[0])

@@ -1,0 +1,100 @@
+"""Least squares on the profiles of all channels: amplitudes inside, the few numbers of the curve outside.
+
+Variable projection (G. H. Golub and V. Pereyra, SIAM J. Numer. Anal. 10, 413 (1973)) with difference quotients, for
+the amplitudes cannot be negative.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from fitting.colour.amplitudes import Channel, background, solve
+from fitting.colour.palette import Palette
+from fitting.colour.profiles import Profiles
+from fitting.colour.waveform import PRIORS, STEPS, Curve, View, waves
+
+_ITERATIONS, _TRIALS, _STILL = 20, 7, 1e-7
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Profiles and what they are fitted with.
+
+    - `channels`: numbers of the profiles' channels (0 red, 1 green, 2 blue).
+    - `variances`: of a channel's block of weight 1 [channels]; `degree` of the background over r².
+    - `free`: names of the curve's numbers that are fitted.
+    """
+
+    profiles: Profiles
+    palette: Palette
+    view: View
+    channels: tuple[int, ...]
+    variances: Float[np.ndarray, " channels"]
+    degree: int = 3
+    free: tuple[str, ...] = ("log_rate", "offset", "blur")
+
+    def solved(self, curve: Curve) -> list[Channel]:
+        """Amplitudes and residuals of the channels."""
+        profiles, answers = self.profiles, []
+        smooth = background(profiles.squares, self.degree)
+        means, weight = profiles.means, profiles.weight
+        by_size: dict[float, np.ndarray] = {}
+        for k, channel in enumerate(self.channels):
+            # Channels of one magnification have their waves in common.
+            size = curve.magnification(channel)
+            if size not in by_size:
+                by_size[size] = waves(self.palette, curve, profiles.squares, profiles.width, channel, self.view)
+            columns = by_size[size]
+            answers.append(solve(columns, smooth, means[k], weight[k] / self.variances[k], self.palette))
+        return answers
+
+    def residual(self, curve: Curve) -> Float[np.ndarray, " rows"]:
+        """Of all bins, penalties and priors, in standard deviations."""
+        parts = [row for answer in self.solved(curve) for row in (answer.residual, answer.penalty)]
+        held = [getattr(curve, name) / sd for name in self.free if (sd := PRIORS[name])]
+        return np.concatenate([*parts, np.array(held)])
+
+
+class Optimum(NamedTuple):
+    """The best curve of a problem, half its sum of squares times two, and the normal matrix of the free numbers."""
+
+    curve: Curve
+    chi2: float
+    matrix: Float[np.ndarray, "free free"]
+
+    def deviation(self) -> float:
+        """Standard deviation of the first free number, for white noise."""
+        return float(np.sqrt(max(np.linalg.pinv(self.matrix)[0, 0], 0.0)))
+
+
+def optimum(problem: Problem, start: Curve) -> Optimum:
+    """The curve of least squares next to a start: steps of Levenberg and Marquardt."""
+    curve, damping = start, 1e-3
+    residual = problem.residual(curve)
+    matrix = np.eye(len(problem.free))
+    for _ in range(_ITERATIONS):
+        slopes = np.stack([_slope(problem, curve, residual, name) for name in problem.free], axis=1)
+        matrix, gradient = slopes.T @ slopes, slopes.T @ residual
+        before = float(residual @ residual)
+        for _ in range(_TRIALS):
+            damped = matrix + damping * np.diag(np.diag(matrix) + 1e-30)
+            step = -np.linalg.lstsq(damped, gradient, rcond=1e-14)[0]
+            values = {name: getattr(curve, name) + float(by) for name, by in zip(problem.free, step, strict=True)}
+            trial = curve._replace(**values)
+            trial_residual = problem.residual(trial)
+            if trial_residual @ trial_residual < before:
+                break
+            damping *= 8
+        else:
+            break
+        curve, residual, damping = trial, trial_residual, damping / 4
+        if before - float(residual @ residual) < _STILL * before:
+            break
+    return Optimum(curve, float(residual @ residual), matrix)
+
+
+def _slope(problem: Problem, curve: Curve, residual: np.ndarray, name: str) -> np.ndarray:
+    step = STEPS[name]
+    return (problem.residual(curve._replace(**{name: getattr(curve, name) + step})) - residual) / step

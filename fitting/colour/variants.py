@@ -1,0 +1,60 @@
+"""How far a rate moves among models of the rings that are as good: what no scatter of one model's fit shows."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from fitting.colour.lamp_fit import LampFit, variances_of
+from fitting.colour.palette import of_lamp
+from fitting.colour.solver import Problem, optimum
+
+# Widths of bands [m] besides the usual one, and degrees of the background.
+_BANDS, _DEGREES = (30e-9, 70e-9), (2, 5)
+# Gap from which on rings are taken [m], where so many bins remain; and share of the rings that are taken.
+_INNER, _FEWEST, _OUTER = 0.8e-6, 150, 0.7
+# A model that leaves so many times as much is none.
+_ADMISSIBLE = 2.0
+
+
+class Variant(NamedTuple):
+    """A model as good as the best one: its name, and the logarithm of its rate over the best one's."""
+
+    name: str
+    shift: float
+
+
+def variants_of(fit: LampFit) -> list[Variant]:
+    """The admissible models besides the best one."""
+    before = fit.optimum.curve
+    variants = []
+    for name, problem in _problems(fit).items():
+        # Of the same bins.
+        reference = replace(fit.problem, profiles=problem.profiles)
+        best = optimum(problem, before)
+        unexplained = variances_of(problem, best.curve) / variances_of(reference, before)
+        if np.mean(unexplained) < _ADMISSIBLE:
+            variants.append(Variant(name, best.curve.log_rate - before.log_rate))
+    return variants
+
+
+def _problems(fit: LampFit) -> dict[str, Problem]:
+    base = fit.problem
+    rate, squares, lines = np.exp(fit.optimum.curve.log_rate), base.profiles.squares, base.palette.lines
+    problems = {
+        f"bands of {1e9 * width:.0f} nm": replace(base, palette=of_lamp(base.palette.wavelengths[:lines], width))
+        for width in _BANDS
+    }
+    problems |= {f"background of degree {degree}": replace(base, degree=degree) for degree in _DEGREES}
+    inner = base.profiles.within(_INNER / rate, np.inf)
+    if len(inner.squares) > _FEWEST:
+        problems["without the innermost rings"] = replace(base, profiles=inner)
+    outer = base.profiles.within(0.0, _OUTER * float(squares.max()))
+    if len(outer.squares) > _FEWEST:
+        problems["without the outermost rings"] = replace(base, profiles=outer)
+    if len(base.channels) > 1:
+        colours = {0: "red", 2: "blue"}
+        lateral = tuple(colours[channel] for channel in base.channels if channel in colours)
+        problems["lateral colour"] = replace(base, free=(*base.free, *lateral))
+    problems["distortion"] = replace(base, free=(*base.free, "bend"))
+    return problems

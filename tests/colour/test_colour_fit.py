@@ -1,0 +1,90 @@
+"""Rings of several lines in three channels: one radius, from made photographs and from a real one."""
+
+import numpy as np
+import pytest
+
+import fitting
+from experiments.truth.colour_pictures import Truth, picture, responses
+from fitting.colour.amplitudes import background, solve
+from fitting.colour.palette import lines_of_lamp, of_lamp
+from fitting.colour.waveform import Curve, View, waves
+
+_TRUTH = Truth(0.15, 5.461e-6, 20e-9, (142.3, 105.8), 1.1, "mercury")
+
+
+@pytest.fixture(scope="module")
+def mercury():
+    """The photograph of a lens of 150 mm under a mercury arc."""
+    return picture(_TRUTH, np.random.default_rng(5), responses(), shape=(220, 300))
+
+
+def test_a_blurred_component_is_the_integral_of_the_sharp_one_with_a_gaussian():
+    palette, blur, squares = of_lamp(np.array([546.1e-9])), 3.0, np.array([900.0, 6400.0, 19600.0])
+    view, curve = View(0.0, -1.0, 2e4), Curve(float(np.log(1e-10)), 0.3, blur)
+    at = np.linspace(-6 * blur, 6 * blur, 401)
+    kernel = np.exp(-(at**2) / (2 * blur**2))
+    weights = np.outer(kernel, kernel) / kernel.sum() ** 2
+    around = (np.sqrt(squares)[:, None, None] + at) ** 2 + at[:, None] ** 2
+    sharp = -np.cos(4 * np.pi * (1e-10 * around + 0.3e-6) / 546.1e-9)
+    blurred = waves(palette, curve, squares, 0.0, 1, view)[:, 0]
+    np.testing.assert_allclose(blurred, (sharp * weights).sum(axis=(1, 2)), atol=1e-6)
+
+
+def test_amplitudes_are_found_and_never_negative():
+    palette, squares = of_lamp(lines_of_lamp("mercury")), np.linspace(0, 6e4, 800)
+    columns = waves(palette, Curve(float(np.log(1e-10))), squares, 10.0, 1, View(0.0, -1.0, 6e4))
+    truth = np.zeros(columns.shape[1])
+    truth[[1, 2, 12]] = 0.2, 0.5, 0.3
+    values = 1 + 1e-5 * squares + columns @ truth
+    answer = solve(columns, background(squares, 3), values, np.ones(800), palette)
+    assert (answer.amplitudes >= 0).all()
+    np.testing.assert_allclose(answer.model, values, atol=1e-3)
+    assert answer.amplitudes[2] == pytest.approx(0.5, abs=0.02)
+
+
+def test_all_channels_together_give_the_radius_within_its_interval(mercury):
+    result = fitting.fit(mercury, light="mercury", pixel_size=5.461e-6, view="reflected")
+    assert result.status == "ok"
+    assert abs(result.radius - 0.15) < 2.5 * result.radius_sd < 0.003 * 0.15
+    # To a wavelength's two hundredth, with the order: the achromatic centre says which ring is the first.
+    assert result.gap == pytest.approx(20e-9, abs=3e-9)
+    assert {"radius_red", "radius_green", "radius_blue"} <= set(result.parameters)
+    assert fitting.FitResult.from_dict(result.to_dict()) == result
+    assert result.figure().axes
+
+
+def test_without_a_pixel_size_the_answer_is_the_fringe_scale_of_the_line_next_to_555_nm(mercury):
+    result = fitting.fit(mercury, wavelength="mercury", view="reflected")
+    assert result.status == "no-scale"
+    assert result.fringe_scale_per_px2 == pytest.approx(5.461e-6**2 / (0.15 * 546.074e-9), rel=1e-3)
+
+
+def test_another_lamp_is_refused_with_the_name_of_the_right_one(mercury):
+    result = fitting.fit(mercury, light="sodium", pixel_size=5.461e-6, view="reflected")
+    assert (result.status, result.reason) == ("refused", "ANOTHER_LAMP")
+    assert "mercury" in result.message
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"light": "mercury", "wavelength": 5e-7}, "light and wavelength do not go together"),
+        ({"light": "white"}, "has no lines"),
+        ({"light": "mercurio"}, "nearest: mercury"),
+        ({"channel": "violet"}, "allowed for this image: red, green, blue"),
+    ],
+)
+def test_light_that_cannot_be_fitted_is_refused_in_one_line(mercury, arguments, message):
+    with pytest.raises(ValueError, match=message):
+        fitting.fit(mercury, **arguments)
+
+
+@pytest.mark.shared
+def test_a_mercury_arc_gives_the_catalogued_radius_in_all_channels(shared):
+    photograph = shared / "trials" / "white_light_154.5mm.tif"
+    result = fitting.fit(photograph, light="mercury", pixel_size=5.461e-6, pixel_size_sd=0.01e-6, view="reflected")
+    # The catalogue states 1 %, and the scale 0.2 %.
+    assert abs(result.radius - 0.1545) < 1.96 * np.hypot(result.radius_sd, 0.001545)
+    by_channel = [result.parameters[f"radius_{name}"].value for name in ("red", "green", "blue")]
+    assert np.ptp(by_channel) < 0.003 * result.radius
+    assert "CHANNELS_CLIPPED" in result.warning_codes
