@@ -9,6 +9,20 @@ from newtonjax.numerics import Wording
 class SheetReason(Wording):
     """Sentences of `message` and `warnings` by name, grouped by what they are about."""
 
+    # A ruler, or a disc, in a photograph.
+    NO_LINES = "no ruler: no direction of evenly spaced lines was found; mask what lies beside it"
+    FEW_LINES = "no ruler: {lines} lines in a row are seen; at least {least} are required"
+    LINES_UNEVEN = (
+        "no ruler: its lines scatter by {scatter:.2g} of their distance; at most {most:.2g} is allowed: mask what lies "
+        "beside it, such as numerals"
+    )
+    ONE_WAY_ONLY = "{what} measures the scale one way only: pixels are taken as square, and the camera as looking down"
+    NO_DISC = "no disc: no round spot with an edge all around was found in the picture; mask what lies beside it"
+    DISC_NOT_ROUND = (
+        "the disc is {uneven:.2g} longer one way than across it: seen at a slant, or no square pixels; half of that is "
+        "in the standard deviation"
+    )
+
     # Straight fringes in a photograph.
     NO_STRAIGHT_FRINGES = (
         "no straight fringes: their phase is confirmed in too few parts of the picture; rings and arcs are measured by "

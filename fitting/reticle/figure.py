@@ -1,4 +1,4 @@
-"""The picture of a ruled grid: the photograph with the lines as they were measured."""
+"""The picture of a scale: the photograph with the lines, or the edge, as they were measured."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -7,19 +7,28 @@ from fitting.photo import Photograph
 from fitting.reticle.grid import Grid
 
 
-def of_grid(photograph: Photograph, grid: Grid, title: str) -> Figure:
-    """The photograph with the measured lines."""
+def of_lines(photograph: Photograph, measured: Grid | np.ndarray | None, title: str) -> Figure:
+    """The photograph with a grid, or marks [mark, point, (x, y)] as of a ruler or a disc."""
     rows, columns = photograph.image.shape
     figure = Figure(figsize=(9, 9 * rows / columns + 0.6), layout="constrained")
-    draw_lines(photograph, grid, title, figure.subplots())
+    draw(photograph, measured, title, figure.subplots())
     return figure
 
 
-def draw_lines(photograph: Photograph, grid: Grid, title: str, axes) -> None:
-    """The photograph with the measured lines, into matplotlib axes."""
+def draw(photograph: Photograph, measured: Grid | np.ndarray | None, title: str, axes) -> None:
+    """The same into matplotlib axes."""
     image = photograph.image
     low, high = np.percentile(image[photograph.lit], [1, 99])
     axes.imshow(image, cmap="gray", vmin=low, vmax=high)
+    if isinstance(measured, Grid):
+        _draw_grid(image, measured, axes)
+    else:
+        for mark in () if measured is None else measured:
+            axes.plot(*np.transpose(mark), color="tab:red", lw=0.8)
+    axes.set_title(title)
+
+
+def _draw_grid(image: np.ndarray, grid: Grid, axes) -> None:
     x, y = np.arange(image.shape[1], dtype=float), np.arange(image.shape[0], dtype=float)[:, None]
     for direction, colour in enumerate(("tab:red", "tab:cyan")):
         # A line is where the turns are whole.
@@ -27,4 +36,3 @@ def draw_lines(photograph: Photograph, grid: Grid, title: str, axes) -> None:
         axes.contour(
             turns, levels=np.arange(np.ceil(turns.min()), np.floor(turns.max()) + 1), colors=colour, linewidths=0.6
         )
-    axes.set_title(title)

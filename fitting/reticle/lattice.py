@@ -87,7 +87,7 @@ def _jackknife(
     return grids
 
 
-def _jackknife_sd(estimates: list[float]) -> float:
+def jackknife_sd(estimates: list[float]) -> float:
     """Standard deviation from estimates without one part each (Efron 1982); NaN from fewer than two."""
     values, n = np.array(estimates), len(estimates)
     return float(np.sqrt((n - 1) / n * ((values - values.mean()) ** 2).sum())) if n > 1 else float("nan")
@@ -104,14 +104,14 @@ def _answer(
     """The scale of a grid; `partial`: the grid from all parts of the field but one."""
     shape = photograph.image.shape
     size = grid.pixel * division
-    spread = _jackknife_sd([part.pixel for part in partial]) * division
-    side_sds = [_jackknife_sd([part.sides[axis] for part in partial]) * division for axis in (0, 1)]
-    stretch_sds = np.array([_jackknife_sd([part.stretches[way] for part in partial]) for way in (0, 1)])
-    uneven = _unevenness(np.array(grid.stretches), stretch_sds)
+    spread = jackknife_sd([part.pixel for part in partial]) * division
+    side_sds = [jackknife_sd([part.sides[axis] for part in partial]) * division for axis in (0, 1)]
+    stretch_sds = np.array([jackknife_sd([part.stretches[way] for part in partial]) for way in (0, 1)])
+    uneven = unevenness(np.array(grid.stretches), stretch_sds)
     lines = tuple(float(np.ptp(grid.turns(k, p.x, p.y, shape))) for k, p in enumerate(phases))
     first, second = grid.waves
     square = float(first @ second / (np.hypot(*first) * np.hypot(*second)))
-    distortion_sd = _jackknife_sd([part.distortion for part in partial])
+    distortion_sd = jackknife_sd([part.distortion for part in partial])
     answer = Scale(
         "ok",
         pixel_size=size,
@@ -143,7 +143,7 @@ def _answer(
     return answer
 
 
-def _unevenness(stretches: np.ndarray, sds: np.ndarray) -> float:
+def unevenness(stretches: np.ndarray, sds: np.ndarray) -> float:
     """By what share pixels are longer one way than across it, beyond what noise makes of it; 0 where noise may."""
     with np.errstate(divide="ignore", invalid="ignore"):  # a grid that is drawn by a program has no scatter
         apart = np.square(stretches / sds).sum()

@@ -15,8 +15,8 @@ _HARMONICS, _FINEST = 3, 0.3
 WIDTH = 1.2
 
 
-def first_grid(fringes: np.ndarray) -> Grid | None:
-    """Two directions of similar distances across each other, with the most power in them and their harmonics."""
+def _peaks(fringes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Wave vectors of the strongest peaks of the Fourier transform [peak, (x, y)], and their power with harmonics."""
     size = [fft.next_fast_len(2 * n) for n in fringes.shape]
     power = np.abs(np.asarray(fft.fft2(fringes, size, workers=2))) ** 2
     fy, fx = np.meshgrid(fft.fftfreq(size[0]), fft.fftfreq(size[1]), indexing="ij")
@@ -34,6 +34,18 @@ def first_grid(fringes: np.ndarray) -> Grid | None:
         return sum(float(table.max()) for table in near)
 
     strengths = np.array([strength(wave) for wave in waves])
+    return waves, strengths
+
+
+def strongest_lines(fringes: np.ndarray) -> np.ndarray | None:
+    """The wave vector of lines with the most power in it and its harmonics [cycles/px], [2]; None without one."""
+    waves, strengths = _peaks(fringes)
+    return waves[int(np.argmax(strengths))] if len(waves) else None
+
+
+def first_grid(fringes: np.ndarray) -> Grid | None:
+    """Two directions of similar distances across each other, with the most power in them and their harmonics."""
+    waves, strengths = _peaks(fringes)
     best = None
     for i in range(len(waves)):
         for j in range(i + 1, len(waves)):

@@ -1,4 +1,4 @@
-"""The verb `scale`: the pixel size from a ruled grid, or from two points and their distance."""
+"""The verb `scale`: the pixel size from one thing of known size: a grid, a ruler, a disc, or two points."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,8 +8,10 @@ import numpy as np
 from fitting.parameters import Progress, absolute_sd, number, progress_of, says_its_origin
 from fitting.photo import read
 from fitting.reasons import Reason
+from fitting.reticle.disc import of_disc
 from fitting.reticle.lattice import of_grid
 from fitting.reticle.result import Scale
+from fitting.reticle.ruler import of_ruler
 from newtonjax.numerics import shown
 
 
@@ -19,6 +21,10 @@ def scale(
     *,
     division: float | None = None,
     division_sd: float | str | None = None,
+    ruler: float | None = None,
+    ruler_sd: float | str | None = None,
+    disc_diameter: float | None = None,
+    disc_diameter_sd: float | str | None = None,
     points: Sequence[Sequence[float]] | None = None,
     distance: float | None = None,
     distance_sd: float | str | None = None,
@@ -28,33 +34,47 @@ def scale(
     page: int | None = None,
     progress: Progress = None,
 ) -> Scale:
-    """The pixel size on the object, with its standard deviation, from a square grid of lines or from two points.
+    """The pixel size on the object, with its standard deviation, from one thing of known size.
 
     Args:
-      image: a photograph of the grid at any angle: a file, or an array as in `fitting.fit`; two points need none.
-      division, division_sd: distance of two lines, and its standard deviation [m], or "0.1%".
+      image: a photograph of it at any angle: a file, or an array as in `fitting.fit`; two points need none.
+      division, division_sd: of a square grid the distance of two lines, and its standard deviation [m], or "0.1%".
+      ruler, ruler_sd: of a ruler or a stage micrometer the distance of neighbouring lines. The scale is that along it,
+        with pixels taken for square.
+      disc_diameter, disc_diameter_sd: of a dark or bright disc, whose edge is fitted with its blur and clipping.
       points, distance, distance_sd: two places (x, y) in pixels, as of two lines of a ruler, and their distance on the
         object [m]. Pixels are then taken for square.
       pointing_sd: of each place, along the line between them [px].
       transfer, mask, page: as in `fitting.fit`.
       progress: True for a bar on the terminal, or a function of (fits of the grid made, their number).
 
-    A photograph without a grid comes back refused. Raises ValueError and FileNotFoundError for input that is none.
+    A photograph without such a thing comes back refused. Raises ValueError and FileNotFoundError for wrong input.
 
     """
-    if (division is None) == (distance is None) or (points is None) != (distance is None):
-        raise ValueError("give division, of a photographed grid, or points with distance, and not both")
-    if points is not None and distance is not None:
-        length = _length("distance", distance)
-        sd = absolute_sd("distance", distance_sd, length) or 0.0
-        return of_points(points, length, sd, number("pointing_sd", pointing_sd))
+    sizes = {"division": division, "ruler": ruler, "disc_diameter": disc_diameter, "distance": distance}
+    sds = {
+        "division": division_sd,
+        "ruler": ruler_sd,
+        "disc_diameter": disc_diameter_sd,
+        "distance": distance_sd,
+    }
+    stated = [name for name, value in sizes.items() if value is not None]
+    if len(stated) != 1 or (points is None) != (distance is None):
+        raise ValueError("give one of division, ruler and disc_diameter, of a photograph, or points with distance")
+    (name,) = stated
+    size = _length(name, sizes[name])
+    sd = absolute_sd(name, sds[name], size) or 0.0
+    if points is not None:
+        return of_points(points, size, sd, number("pointing_sd", pointing_sd))
     if image is None:
-        raise ValueError("no photograph of the grid is given; two points and their distance alone need none")
-    step = _length("division", division)
-    sd = absolute_sd("division", division_sd, step) or 0.0
+        raise ValueError("no photograph is given; two points and their distance alone need none")
     photograph = read(image, transfer, mask, page)
+    if name == "disc_diameter":
+        return of_disc(photograph, size, sd)
+    if name == "ruler":
+        return of_ruler(photograph, size, sd)
     with progress_of(progress, "measuring the grid") as done:
-        return of_grid(photograph, step, sd, done)
+        return of_grid(photograph, size, sd, done)
 
 
 def _length(name: str, value: float | None) -> float:

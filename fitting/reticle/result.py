@@ -29,19 +29,24 @@ _KEYS = {
     "half_diagonal_px": "half_diagonal",
     "division_m": "division",
     "division_sd_m": "division_sd",
+    "diameter_m": "diameter",
+    "diameter_sd_m": "diameter_sd",
 }
 # Units of its parameters.
 _UNITS = {
     "pixel_size": "m", "pixel_size_x": "m", "pixel_size_y": "m", "stretch": "", "shear": "", "angle": "rad",
-    "skew": "rad", "distortion": "", "division": "m",
+    "skew": "rad", "distortion": "", "division": "m", "diameter": "m",
 }  # fmt: skip
 # What files of earlier versions do not have.
-_LATER = ("pixel_size_x_sd", "pixel_size_y_sd", "stretch", "stretch_sd", "shear", "shear_sd", "half_diagonal")
+_LATER = (
+    *("pixel_size_x_sd", "pixel_size_y_sd", "stretch", "stretch_sd", "shear", "shear_sd", "half_diagonal"),
+    *("diameter", "diameter_sd"),
+)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Scale(AbstractResult):
-    """What a photograph of a ruled grid says of the pixels, in metres on the object.
+    """What a photograph of a grid, a ruler or a disc says of the pixels, in metres on the object.
 
     - `status`: "ok", or "refused" with a `message`.
     - `pixel_size`: geometric mean of both axes in the middle of the image, with `pixel_size_sd` (its scatter over the
@@ -53,7 +58,8 @@ class Scale(AbstractResult):
     - `angle` of the grid against the image, `skew` of its two directions from a right angle [rad].
     - `distortion`: κ of r (1 + κ r²), r in half diagonals from the middle, as in the fit; `distortion_sd`;
       `half_diagonal` of the image from the middle of its corner pixels [px].
-    - `lines` [2]: how many were seen along either direction; `division` and its deviation as given.
+    - `lines` [2]: how many were seen along either direction; `division` or `diameter` and its deviation as given.
+    - `marks` [mark, point, (x, y)]: lines of a ruler, or the edge of a disc, as measured, in pixels.
     """
 
     status: str
@@ -76,9 +82,12 @@ class Scale(AbstractResult):
     lines: tuple[float, float] | None = None
     division: float | None = None
     division_sd: float | None = None
+    diameter: float | None = None
+    diameter_sd: float | None = None
     warnings: list[str] = field(default_factory=list)
     photograph: Photograph | None = None
     grid: Grid | None = None
+    marks: np.ndarray | None = None
     origin: Origin | None = None
 
     @property
@@ -86,7 +95,7 @@ class Scale(AbstractResult):
         """What was measured and given, by name, with units and standard deviations; empty for a refusal."""
         rows = {name: (unit, getattr(self, name), getattr(self, f"{name}_sd", None)) for name, unit in _UNITS.items()}
         return {
-            name: Parameter(value, sd, name == "division", name, unit)
+            name: Parameter(value, sd, name in ("division", "diameter"), name, unit)
             for name, (unit, value, sd) in rows.items()
             if value is not None
         }
@@ -127,12 +136,13 @@ class Scale(AbstractResult):
         """
         from fitting.reticle import figure
 
-        if self.photograph is None or self.grid is None:
+        if self.photograph is None or (self.grid is None and self.marks is None):
             raise ValueError(f"there are no lines to draw ({self.status}); a loaded result has no photograph")
         title = f"pixel size {with_sd(self.pixel_size or 0.0, self.pixel_size_sd, 'm')}, the lines as measured"
+        measured = self.marks if self.grid is None else self.grid
         if ax is None:
-            return figure.of_grid(self.photograph, self.grid, title)
-        figure.draw_lines(self.photograph, self.grid, title, ax)
+            return figure.of_lines(self.photograph, measured, title)
+        figure.draw(self.photograph, measured, title, ax)
         return ax.figure
 
     def report(self) -> str:
@@ -140,6 +150,12 @@ class Scale(AbstractResult):
         lines = [f"[[Scale]]  {self.status}" + (f": {self.message}" if self.message else "")]
         if self.pixel_size is not None and self.lines is None:
             lines.append(f"    pixel size   {with_sd(self.pixel_size, self.pixel_size_sd, 'm')} on the object")
+        elif self.pixel_size is not None and self.lines is not None and not self.lines[1]:
+            lines += [
+                f"    pixel size   {with_sd(self.pixel_size, self.pixel_size_sd, 'm')} on the object",
+                f"    distortion   {with_sd(self.distortion or 0.0, self.distortion_sd)} of u (1 + κ u²)",
+                f"    lines        {self.lines[0]:.0f} divisions of {self.division:.4g} m",
+            ]
         elif self.pixel_size is not None and self.lines is not None:
             unit = f"u in half diagonals of {self.half_diagonal or 0.0:.5g} px"
             sides = (self.pixel_size_x, self.pixel_size_x_sd), (self.pixel_size_y, self.pixel_size_y_sd)
@@ -152,6 +168,8 @@ class Scale(AbstractResult):
                 f"    distortion   {with_sd(self.distortion or 0.0, self.distortion_sd)} of u (1 + κ u²), {unit}",
                 f"    lines        {self.lines[0]:.0f} and {self.lines[1]:.0f} divisions of {self.division:.4g} m",
             ]
+        if self.diameter is not None:
+            lines.append(f"    disc         {self.diameter:.5g} m across")
         if self.warnings:
             lines += ["[[Warnings]]"] + [f"    {text}" for text in self.warnings]
         return "\n".join(lines)

@@ -84,13 +84,25 @@ def fit(
 
 def scale(
     reticle: Annotated[
-        Path | None, typer.Argument(metavar="[RETICLE]", help="Photograph of a ruled grid, at any angle.")
+        Path | None, typer.Argument(metavar="[PHOTO]", help="Photograph of a grid, a ruler or a disc, at any angle.")
     ] = None,
     division: Annotated[
         float | None, option(quantities.positive_length, "LENGTH", "Distance of two lines of the grid.")
     ] = None,
     division_sd: Annotated[
         Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of that distance.")
+    ] = None,
+    ruler: Annotated[
+        float | None, option(quantities.positive_length, "LENGTH", "Of a ruler: distance of neighbouring lines.")
+    ] = None,
+    ruler_sd: Annotated[
+        Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of that distance.")
+    ] = None,
+    disc_diameter: Annotated[
+        float | None, option(quantities.positive_length, "LENGTH", "Of a dark or bright disc: its diameter.")
+    ] = None,
+    disc_diameter_sd: Annotated[
+        Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of the diameter.")
     ] = None,
     point: Annotated[
         list[str] | None, typer.Option(metavar="X,Y", help="A place in pixels, given twice, with --distance.")
@@ -108,16 +120,26 @@ def scale(
     output_dir: OutputDir = None,
     force: Force = False,
 ) -> int:
-    """Measure the pixel size on the object from a photograph of a ruled grid, or from two points and their distance.
+    """Measure the pixel size on the object from a photograph of a grid, a ruler or a disc, or from two points.
 
-    The JSON that it writes is what `newtonjax fit --scale-from` reads. Without a grid:
-    photograph a ruler at the same place, read two of its lines in pixels, and give
-    them as --point 120,340 --point 980,352 --distance 10mm.
+    The JSON that it writes is what `newtonjax fit --scale-from` reads. Photograph at
+    the same place a grid (--division 0.1mm), a ruler (--ruler 1mm) or a disc
+    (--disc-diameter 2mm); or read two lines of a ruler in pixels, and give them as
+    --point 120,340 --point 980,352 --distance 10mm.
     """
     from fitting.shell import scale_verb
     from fitting.shell.answer import Outputs
 
-    options = {"division": division, "division_sd": division_sd, "transfer": transfer, "page": page}
+    options = {
+        "division": division,
+        "division_sd": division_sd,
+        "ruler": ruler,
+        "ruler_sd": ruler_sd,
+        "disc_diameter": disc_diameter,
+        "disc_diameter_sd": disc_diameter_sd,
+        "transfer": transfer,
+        "page": page,
+    }
     if point or distance is not None:
         places = scale_verb.points_of(point or [])
         options = {"points": places, "distance": distance, "distance_sd": distance_sd, "pointing_sd": pointing_sd}

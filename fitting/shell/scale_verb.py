@@ -1,4 +1,4 @@
-"""The verb `scale`: from a photograph of a ruled grid, or two points, to the pixel size."""
+"""The verb `scale`: from a photograph of a grid, a ruler or a disc, or two points, to the pixel size."""
 
 from pathlib import Path
 
@@ -6,11 +6,16 @@ import fitting
 from fitting.shell.answer import Outputs
 from fitting.shell.progress import progress
 
+# Sizes of what is in a photograph; one of them is given.
+_SIZES = ("division", "ruler", "disc_diameter")
+
 
 def run(photo: Path | None, options: dict, outputs: Outputs) -> int:
     """Measure, report, write; the exit status."""
-    if "points" not in options and options["division"] is None:
-        raise ValueError("give --division of a photographed grid, or --point twice with --distance")
+    if "points" not in options and all(options[name] is None for name in _SIZES):
+        raise ValueError(
+            "give --division of a photographed grid, --ruler, --disc-diameter, or --point twice with --distance"
+        )
     if photo is None:
         if outputs.folder is not None:
             raise ValueError("--output-dir is for a photograph of a grid; give --json for the scale of two points")

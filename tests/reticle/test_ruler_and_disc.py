@@ -1,0 +1,58 @@
+"""Rulers and discs of known size: the pixel size with error bars that hold, and what is neither."""
+
+import imageio.v3 as iio
+import numpy as np
+import pytest
+
+import fitting
+from experiments.truth.scales import SIZE, deviation, dot, ruler
+from fitting.shell.cli import main
+
+
+def test_rulers_give_the_pixel_size_within_their_deviation():
+    deviations = np.array([deviation("ruler", seed) for seed in range(8)])
+    assert np.mean(np.abs(deviations) < 1.96) >= 0.75
+    assert np.abs(deviations).max() < 5
+
+
+def test_a_clipped_dot_gives_the_pixel_size_within_its_deviation():
+    deviations = np.array([deviation("disc", seed) for seed in range(3)])
+    assert np.abs(deviations).max() < 4
+
+
+def test_a_ruler_says_one_way_only_and_its_own_deviation_counts():
+    image, distance = ruler(3)
+    exact, uncertain = (fitting.scale(image, ruler=distance, ruler_sd=sd, transfer="linear") for sd in (None, "1%"))
+    assert "ONE_WAY_ONLY" in exact.warning_codes
+    assert uncertain.pixel_size_sd == pytest.approx(np.hypot(exact.pixel_size_sd, 0.01 * exact.pixel_size))
+    assert exact.pixel_size_sd < 0.005 * SIZE
+    assert exact.lines[0] >= 8
+    assert exact.figure().axes
+
+
+def test_what_is_no_ruler_and_no_disc_is_refused():
+    noise = np.random.default_rng(0).normal(0.5, 0.1, (200, 240))
+    assert fitting.scale(noise, ruler=1e-3).status == "refused"
+    assert fitting.scale(noise, disc_diameter=1e-3).status == "refused"
+    with pytest.raises(ValueError, match="give one of division, ruler and disc_diameter"):
+        fitting.scale(noise, ruler=1e-3, division=1e-3)
+
+
+def test_the_verb_measures_a_ruler_for_scale_from(tmp_path, capsys):
+    image, distance = ruler(4)
+    photo, scale = tmp_path / "ruler.png", tmp_path / "scale.json"
+    iio.imwrite(photo, image)
+    command = ["scale", str(photo), "--ruler", f"{1e6 * distance:.9g}um", "--transfer", "linear", "--json", str(scale)]
+    assert main([*command, "--output-dir", str(tmp_path / "out")]) == 0
+    assert fitting.Scale.load(scale).pixel_size == pytest.approx(SIZE, rel=0.005)
+    assert (tmp_path / "out" / "result.png").stat().st_size > 1000
+    assert "divisions of" in capsys.readouterr().out
+
+
+def test_a_disc_is_saved_and_drawn(tmp_path):
+    image, diameter = dot(1)
+    result = fitting.scale(image, disc_diameter=diameter, disc_diameter_sd="0.5%", transfer="linear")
+    result.save(tmp_path / "scale.json")
+    assert fitting.Scale.load(tmp_path / "scale.json") == result
+    assert result.parameters["diameter"].value == pytest.approx(diameter)
+    assert result.figure().axes
