@@ -137,6 +137,11 @@ class Reason(Wording):
         "the rings are elliptic by {stretch:.2%}: a view at {angle:.1f} degrees, or a lens with two radii {apart:.2%} "
         "apart, whose mean curvature is that of a radius {share:.2%} smaller; both make one picture: view_angle decides"
     )
+    RIVAL_PRIOR_TENSION = (
+        "{name} is {value:.2g}, {ratio:.1f} prior standard deviations from what was expected ({centre:g} ± {sd:.2g}); "
+        "{share:.2%} of the scale: the picture was cut (axis_px), or the number takes up what else is amiss; a "
+        "picture of a grid (--scale-from), the lens turned, or a prior of your own would tell"
+    )
 
     # Frames of a stack.
     FRAME_UNUSABLE = "{error}"

@@ -10,6 +10,7 @@ from fitting.photo import Photograph
 from fitting.photograph.camera_stretch import stretch_warning
 from fitting.photograph.evidence import Evidence
 from fitting.photograph.image_rows import image_rows
+from fitting.photograph.number_rivals import VIEW_OR_FORM
 from fitting.photograph.numbers import measured
 from fitting.photograph.picture import Picture
 from fitting.photograph.result import FitResult
@@ -19,7 +20,6 @@ from fitting.photograph.rivals import findings_of
 from fitting.photograph.selection import UNFITTED, Choice
 from fitting.photograph.task import Task
 from fitting.photograph.variance import variance_of
-from fitting.photograph.view_or_form import VIEW_OR_FORM
 from fitting.reasons import Reason
 
 # Fringes finer than this [cycles per pixel] are near the camera's limit of a half.

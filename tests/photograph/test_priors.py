@@ -124,3 +124,14 @@ def test_a_saved_result_keeps_the_sources(tmp_path):
     result.save(tmp_path / "r.json")
     assert json.loads((tmp_path / "r.json").read_text())["priors"]["stretch"]["source"] == "user"
     assert fitting.FitResult.load(tmp_path / "r.json").report() == result.report()
+
+
+def test_a_prior_that_the_image_contradicts_is_a_finding_with_a_row():
+    result = fitting.fit(distorted(), **GIVEN, priors={"distortion": (0.0, 0.005)})
+    tension = {finding.rival: finding for finding in result.rivals}["prior tension"]
+    assert tension.value > tension.limit
+    assert "distortion is -0.0" in tension.words
+    assert tension.words in result.warnings
+    assert dict(result.budget)["prior tension"] > 0
+    assert abs(result.radius - RADIUS) < 2 * result.radius_sd
+    assert "prior tension" not in {finding.rival for finding in fitting.fit(distorted(), **GIVEN).rivals}
