@@ -29,7 +29,8 @@ class Request(NamedTuple):
     def check(self) -> None:
         """Raises ValueError for what cannot be meant."""
         if self.pupil is not None:
-            circle = [number("pupil", value) for value in self.pupil] if np.shape(self.pupil) == (3,) else [0.0]
+            places = list(np.atleast_1d(np.asarray(self.pupil, dtype=object)))
+            circle = [number("pupil", value) for value in places] if len(places) == 3 else [0.0]
             if circle[-1] < LEAST_RADIUS:
                 least = f"{LEAST_RADIUS:g} pixels and more"
                 raise ValueError(

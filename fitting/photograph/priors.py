@@ -128,7 +128,7 @@ def checked_axis(place: Any, sd: Any, priors: Mapping[str, StatedPrior]) -> tupl
     """
     if place is None:
         raise ValueError("axis_px_sd is given without axis_px; give both, or neither")
-    if not isinstance(place, tuple | list | np.ndarray) or len(place) != 2:
+    if not isinstance(place, tuple | list | np.ndarray) or np.size(np.asarray(place, dtype=object)) != 2:
         raise ValueError(f"axis_px is {shown(place)}; allowed: two numbers, (x, y) in pixels")
     if both := [name for name in AXIS if name in priors]:
         raise ValueError(f"axis_px and a prior of {both[0]} both say where the axis is; leave one out")

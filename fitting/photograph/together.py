@@ -169,8 +169,8 @@ def _arguments_of(arguments: dict[str, Any], place: int, count: int) -> dict[str
     own = {}
     for name, value in arguments.items():
         # An axis is itself two numbers.
-        is_axis = name == "axis_px" and not any(isinstance(at, list | tuple) for at in value or ())
-        is_list = isinstance(value, list | tuple) and not is_axis
+        is_list = isinstance(value, list | tuple)
+        is_list = is_list and (name != "axis_px" or any(isinstance(at, list | tuple) for at in value))
         if is_list and len(value) != count:
             raise ValueError(f"{name} has {len(value)} values for {count} pictures; give one for each, or one")
         own[name] = value[place] if is_list else value
