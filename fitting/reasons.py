@@ -138,9 +138,8 @@ class Reason(Wording):
         "apart, whose mean curvature is that of a radius {share:.2%} smaller; both make one picture: view_angle decides"
     )
     RIVAL_PRIOR_TENSION = (
-        "{name} is {value:.2g}, {ratio:.1f} prior standard deviations from what was expected ({centre:g} ± {sd:.2g}); "
-        "{share:.2%} of the scale: the picture was cut (axis_px), or the number takes up what else is amiss; a "
-        "picture of a grid (--scale-from), the lens turned, or a prior of your own would tell"
+        "{name} is {value:.2g}, {ratio:.1f} prior sd from {centre:g} ± {sd:.2g}: {share:.2%} of the scale; was the picture "
+        "cut (axis_px)? A picture of a grid (--scale-from), the lens turned, or a prior of your own would tell"
     )
 
     # Frames of a stack.
