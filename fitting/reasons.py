@@ -138,8 +138,8 @@ class Reason(Wording):
         "apart, whose mean curvature is that of a radius {share:.2%} smaller; both make one picture: view_angle decides"
     )
     RIVAL_PRIOR_TENSION = (
-        "{name} is {value:.2g}, {ratio:.1f} prior sd from {centre:g} ± {sd:.2g}: {share:.2%} of the scale; was the picture "
-        "cut (axis_px)? A picture of a grid (--scale-from), the lens turned, or a prior of your own would tell"
+        "{name} is {value:.2g}, {ratio:.1f} prior sd from {centre:g} ± {sd:.2g}: {share:.2%} of the scale; cut "
+        "(axis_px)? A picture of a grid (--scale-from), the lens turned, or a prior of your own would tell"
     )
 
     # Frames of a stack.
@@ -151,7 +151,6 @@ class Reason(Wording):
     RINGS_LOST = "the rings are not where the last frame had them"
     SEARCHED_ANEW = "{reason}: searched anew"
     SEARCHED_IN_VAIN = "{reason}, and a search ended with: {message}"
-
     # Draws from a posterior, and studies of a bench.
     CHAIN_TOO_SHORT = StudyWords.CHAIN_TOO_SHORT
     CHAIN_BEYOND_LIKELIHOOD = StudyWords.CHAIN_BEYOND_LIKELIHOOD
