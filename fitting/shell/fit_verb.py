@@ -131,9 +131,11 @@ def _scale_advice(photo: Path, options: FitOptions) -> str:
     fit = f"newtonjax fit {shlex.quote(str(photo))} --wavelength {lamp}"
     view = "" if options.view is None else f" --view {options.view}"
     return (
-        "\n[[Next]]  for a radius: photograph a ruler at the same place, read two of its lines in pixels, then\n"
-        "    newtonjax scale --point 120,340 --point 980,352 --distance 10mm --json scale.json\n"
+        "\n[[Next]]  for a radius: photograph a ruler at the same place, then\n"
+        "    newtonjax scale ruler.jpg --ruler 1mm --json scale.json\n"
         f"    {fit}{view} --scale-from scale.json\n"
+        "or read two of its lines in pixels in place of the first command:\n"
+        "    newtonjax scale --point 120,340 --point 980,352 --distance 10mm --json scale.json\n"
         "or, in place of the ruler, a lens of known radius:\n"
         f"    newtonjax fit known.jpg --wavelength {lamp} --radius 1m --radius-sd 0.5%{view} --json scale.json"
     )

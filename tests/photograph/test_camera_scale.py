@@ -161,7 +161,7 @@ def test_a_fit_without_a_scale_ends_with_the_way_to_one(tmp_path, capsys):
     assert main(["fit", str(tmp_path / "rings.npy"), "--wavelength", "589.3nm", "--view", "reflected"]) == 0
     commands = [line.split() for line in capsys.readouterr().out.splitlines() if line.startswith("    newtonjax ")]
     file = str(tmp_path / "scale.json")
-    (ruler, again, _) = [[file if word == "scale.json" else word for word in words[1:]] for words in commands]
-    assert main(ruler) == 0
+    (_, again, points, _) = [[file if word == "scale.json" else word for word in words[1:]] for words in commands]
+    assert main(points) == 0
     assert main(again) == 0
     assert "[[Next]]" not in capsys.readouterr().out
