@@ -17,8 +17,7 @@ class Blocks:
 
     - `x`, `y`: middles [px]; `size`: pixels to a side.
     - `light`: over each channel's brightest [channels, blocks]; `top`: the level that few blocks exceed [channels].
-    - `is_lit`: blocks of which nothing is masked but what is saturated; `usable`: share of unsaturated pixels in each.
-    - `noise`: standard deviation of a block's noise in each channel.
+    - `is_saturated`: blocks of which less than nine tenths are below saturation in all channels.
     """
 
     x: Float[np.ndarray, " blocks"]
