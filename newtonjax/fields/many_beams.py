@@ -35,11 +35,15 @@ class Airy(NamedTuple):
 
 
 def airy_pixels(parts: tuple[Float[Any, "..."], ...], cosine: Float[Any, "..."], sine: Float[Any, "..."]) -> Any:
-    """The sum where E has this real and this imaginary part; `parts` as `Airy.parts`."""
+    """The sum where E has this real and this imaginary part; `parts` as `Airy.parts`.
+
+    The squares of 1 - g E and not 1 + |g|² - 2 Re g E, which cancels at the peaks of good mirrors.
+    """
     level, first, aside, round_trip, turned = parts
-    excess = first * cosine - aside * sine - (first * round_trip + aside * turned)
-    squared = 1 + round_trip * round_trip + turned * turned
-    return level + 2 * excess / (squared - 2 * (round_trip * cosine - turned * sine))
+    real = 1 - (round_trip * cosine - turned * sine)
+    imaginary = round_trip * sine + turned * cosine
+    excess = (first * cosine - aside * sine) * real - (first * sine + aside * cosine) * imaginary
+    return level + 2 * excess / (real * real + imaginary * imaginary)
 
 
 def airy_of(scene: Scene, wavelengths: Float[Any, "..."], squares: Float[Any, "..."]) -> Airy:

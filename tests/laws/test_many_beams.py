@@ -96,6 +96,18 @@ def test_mirrors_are_airys_and_no_energy_is_lost_over_all_orders():
     np.testing.assert_allclose(sum(shares), 1.0, atol=1e-12)
 
 
+@pytest.mark.parametrize(("dtype", "tolerance"), [(np.float32, 1e-3), (np.float64, 1e-12)])
+def test_peaks_of_good_mirrors_do_not_cancel(dtype, tolerance):
+    """Transmitted: T² / |1 - R e^{iφ}|² = 1 / (1 + F sin² φ/2), F = 4R / T² (Born and Wolf, section 7.6.1)."""
+    reflectance = 1 - 2.0**-10
+    phase = np.array([0.0, 1e-4, 1e-3, 1e-2, 1.0])
+    level = (1 - reflectance) / (1 + reflectance)
+    parts = tuple(dtype(part) for part in (level, level * reflectance, 0.0, reflectance, 0.0))
+    image = airy_pixels(parts, np.cos(phase).astype(dtype), np.sin(phase).astype(dtype))
+    finesse = 4 * reflectance / (1 - reflectance) ** 2
+    np.testing.assert_allclose(image, 1 / (1 + finesse * np.sin(phase / 2) ** 2), rtol=tolerance)
+
+
 def test_what_absorbs_takes_what_is_neither_reflected_nor_passed():
     above, below = STACKS[6]
     for (layers, glass), toward in zip(((above, LENS), (below, PLATE)), (1, -1), strict=True):
