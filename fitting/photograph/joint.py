@@ -122,14 +122,10 @@ def joined(views: Sequence[View], forced: bool = False) -> Joint:
     weights = np.exp(evidence - evidence.max())
     weights /= weights.sum()
     curvatures, covariance = _mixture(
-        weights,
-        [hypothesis.curvatures for hypothesis in hypotheses],
-        [hypothesis.covariance for hypothesis in hypotheses],
+        weights, [case.curvatures for case in hypotheses], [case.covariance for case in hypotheses]
     )
     shared, spread = _mixture(
-        weights,
-        [hypothesis.shared for hypothesis in hypotheses],
-        [hypothesis.shared_covariance for hypothesis in hypotheses],
+        weights, [case.shared for case in hypotheses], [case.shared_covariance for case in hypotheses]
     )
     names = _shared_names(views, sets[-1])
     sds = np.sqrt(np.clip(np.diag(spread), 0, None))
@@ -213,9 +209,9 @@ def _evaluated(views: Sequence[View], options: tuple[tuple[Parts, Linear], ...],
     inverse = np.linalg.inv(matrix)
     numbers = inverse @ target
     determinant = float(np.linalg.slogdet(matrix)[1] - np.log(system.prior).sum())
-    scale = _disagreement(system, numbers)
+    ratios = np.array([view.ratio for view in views])
     # The optimum stays where it is: that of the data as they are, whose variance is larger than they say.
-    ratios = scale * np.array([view.ratio for view in views])
+    ratios = ratios * _disagreement(system, numbers, ratios)
     weighted = np.tensordot(ratios, np.stack(system.blocks), 1) + np.diag(system.prior)
     spread = inverse @ weighted @ inverse
     slots = [CAMERA_NUMBERS.index(name) for name in shared]
@@ -264,22 +260,28 @@ def _system(views: Sequence[View], options: tuple[tuple[Parts, Linear], ...], sh
     return _System(len(shared), blocks, pulls, prior, of_prior, cost, rows, offsets, noise)
 
 
-def _disagreement(system: _System, numbers: np.ndarray) -> float:
+def _disagreement(system: _System, numbers: np.ndarray, ratios: np.ndarray) -> float:
     """By how much the pictures' own values of what they share scatter beyond their variances, 1 at least.
 
-    Chi-squared over its degrees of freedom (Birge 1932, Phys. Rev. 40, 207).
+    Chi-squared over its degrees of freedom (Birge 1932, Phys. Rev. 40, 207); `ratios`: as those of the views.
     """
     count, pictures = system.shared, len(system.blocks)
     if not count or pictures < 2:
         return 1.0
-    square, own = 0.0, np.diag(system.prior[count:])
-    for block, pull in zip(system.blocks, system.pulls, strict=True):
+    square, freedom, own = 0.0, 0.0, np.diag(system.prior[count:])
+    total = np.zeros((count, count))
+    for block, pull, ratio in zip(system.blocks, system.pulls, ratios, strict=True):
         share = np.linalg.solve(block[count:, count:] + own, block[count:, :count]).T
         matrix = block[:count, :count] - share @ block[count:, :count]
         target = pull[:count] - share @ (pull[count:] + system.of_prior[count:])
         residual = target - matrix @ numbers[:count]
-        square += float(residual @ pseudo_inverse(matrix, _RANK) @ residual)
-    return max(1.0, square / (count * (pictures - 1)))
+        inverse = pseudo_inverse(matrix, _RANK)
+        square += float(residual @ inverse @ residual) / ratio
+        freedom += float(np.trace(inverse @ matrix))
+        total += matrix
+    # The common values take less where a prior holds them.
+    freedom -= float(np.trace(np.linalg.solve(total + np.diag(system.prior[:count]), total)))
+    return max(1.0, square / max(freedom, 1.0))
 
 
 def _shared_names(views: Sequence[View], camera: Parts) -> list[str]:

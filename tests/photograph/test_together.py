@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fitting
-from fitting.photograph.joint import joined, view_of
+from fitting.photograph.joint import CAMERA_NUMBERS, Linear, View, joined, view_of
 from fitting.shell.cli import main
 
 SHAPE, WAVELENGTH, PIXEL = (160, 200), 589.3e-9, 1e-5
@@ -76,6 +76,28 @@ def test_precisions_of_what_is_shared_add_up_and_the_prior_counts_once(pair):
     least = np.sqrt(covariance[0, 0])
     # Larger only by the scatter of the pictures' own values.
     assert least * (1 - 1e-9) <= joint.shared["distortion"][1] < 3 * least
+
+
+def view_of_camera(value, precision, prior, ratio, measured=1):
+    """A picture that measures so many of the camera's numbers, and apart from them a curvature of variance 1."""
+    size = len(CAMERA_NUMBERS)
+    matrix = precision * np.diag(np.arange(size) < measured)
+    pull, zeros = value * matrix.diagonal(), np.zeros(size)
+    linear = Linear(CAMERA_NUMBERS, matrix, pull, value * pull.sum(), 1.0, zeros, 1.0, zeros, zeros, prior + zeros)
+    return View(((frozenset(("distortion", "fifth_order")), linear),), ratio, 1.0, 100.0, SHAPE)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 3.0, 20.0])
+def test_a_variance_that_explains_the_scatter_is_not_made_larger_by_it(ratio):
+    # Two values 3 standard deviations to either side of their mean: chi-squared is 18 of one degree of freedom.
+    views = [view_of_camera(side * 0.03, 1e4, 1e-6, ratio) for side in (1, -1)]
+    assert joined(views).shared["distortion"][1] == pytest.approx(np.sqrt(max(18, ratio) / 2e4), rel=1e-3)
+
+
+def test_numbers_that_their_prior_holds_scatter_with_all_their_freedom():
+    # Each is one of its own standard deviations off the prior's middle, as chance has it: no reason to doubt any.
+    views = [view_of_camera(side, 1.0, 1e6, 1.0, measured=4) for side in (1, -1)]
+    np.testing.assert_allclose(joined(views).covariance, np.eye(2), rtol=1e-5)
 
 
 def test_pictures_of_one_lens_give_one_radius_with_the_spread_between_them():
