@@ -8,4 +8,5 @@ from fitting.colour.measuring import ColourFit as ColourFit
 from fitting.colour.measuring import gap_at_centre as gap_at_centre
 from fitting.colour.measuring import measure as measure
 from fitting.colour.measuring import rings_in as rings_in
+from fitting.colour.palette import lamp_of_line as lamp_of_line
 from fitting.colour.palette import lines_of as lines_of

@@ -17,6 +17,11 @@ class ColourReason(Wording):
         "the rings are those of {best} rather than of {lines} nm (odds of e^{odds:.0f}); give light={best!r} "
         "(--light {best}) if this was the lamp"
     )
+    FURTHER_LINES = (
+        "a lamp of {lamp} has further lines, which the channels of this photograph see: with all of them the fringe "
+        "scale changes by {change:.1%}, which is in the budget; give light={lamp!r} (--light {lamp}) for the radius by "
+        "all lines, or photograph behind a filter"
+    )
     CHANNELS_CLIPPED = (
         "the brightest rings of {channels} are cut off, below the largest code: they were left out; expose less"
     )

@@ -15,6 +15,8 @@ _LINE = 2e-9
 BANDS, BAND_WIDTH = np.arange(400e-9, 721e-9, 20e-9), 45e-9
 # Where nothing is known of the lamp: so many wavelengths, equidistant in wavenumber.
 _FREE = 48
+# A wavelength is a lamp's line within the first; lines further from it than the second beat with it [m].
+_SAME, _APART, _VISIBLE = 0.3e-9, 5e-9, (400e-9, 700e-9)
 
 
 class Palette(NamedTuple):
@@ -45,6 +47,16 @@ def lines_of_lamp(name: str) -> Float[np.ndarray, " lines"]:
     """Wavelengths in air [m] of a named lamp's lines that a photograph may show."""
     strongest = max(strength for _, strength in LAMPS[name])
     return np.array([1e-9 * line for line, strength in LAMPS[name] if strength >= _WEAKEST * strongest])
+
+
+def lamp_of_line(wavelength: float) -> str | None:
+    """The lamp that has a wavelength in air [m], and visible lines apart from it; None where there is none."""
+    for name in LAMPS:
+        lines = lines_of_lamp(name)
+        distance = np.abs(lines[(lines > _VISIBLE[0]) & (lines < _VISIBLE[1])] - wavelength)
+        if np.any(distance < _SAME) and np.any(distance > _APART):
+            return name
+    return None
 
 
 def of_lamp(lines: Float[np.ndarray, " lines"], band_width: float = BAND_WIDTH) -> Palette:

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import jax
@@ -32,6 +33,7 @@ from fitting.photo import (
     view_of,
 )
 from fitting.photograph.colours import fit_channels
+from fitting.photograph.further_lines import further_lines
 from fitting.photograph.light import with_richer_light
 from fitting.photograph.light_words import light_of
 from fitting.photograph.priors import Priors
@@ -168,7 +170,7 @@ def fit(
                 choice = solve_bench(task.scene, task, choice)
             if choice.found.orders < FEW:
                 choice = with_richer_light(choice)
-            result = report(task, choice, began)
+            result = report(task, choice, began, partial(further_lines, task, rings, arguments))
             done(4, 4)
             return result
     except RefusedError as refusal:

@@ -16,6 +16,7 @@ _ADVICE = {
     "form": "turn the lens and take another photograph, mask its rim, or measure its form by itself",
     "view or form": "look along the normal, or take another photograph with the lens turned by 90 degrees",
     "prior tension": "photograph a grid with this camera (--scale-from), or turn the lens and take another picture",
+    "further lines": "give light in place of the wavelength (--light), or photograph behind a filter",
     "model": "look at the residual picture; mask what is not of one ring system, or take more rings",
 }
 # A distortion of fewer standard deviations says nothing of where its axis is.
@@ -94,7 +95,7 @@ def _budget(result: Any) -> list[str]:
         return []
     unit = TABLE[result.measured].unit
     width = max(len(source) for source, _ in result.budget)
-    rows = [f"    {source:<{width}} {sd:.2g}" for source, sd in result.budget]
+    rows = [f"    {source:<{width}} {sd:.2g}" for source, sd in result.budget if sd]
     largest = dominant_of(result)
     title = f"[[Budget]]  standard deviations of {result.measured}" + (f" [{unit}]" if unit else "")
     return [title, *rows, *([f"    {largest}"] if largest else [])]

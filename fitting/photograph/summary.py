@@ -1,6 +1,7 @@
 """From an optimum to a result: quantities, standard deviations, budget, warnings and pictures."""
 
 import time
+from collections.abc import Callable
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from fitting.photograph.numbers import measured
 from fitting.photograph.picture import Picture
 from fitting.photograph.result import FitResult
 from fitting.photograph.ring_radii import rings_of
-from fitting.photograph.rival import CONSEQUENCES
+from fitting.photograph.rival import CONSEQUENCES, Finding
 from fitting.photograph.rivals import findings_of
 from fitting.photograph.selection import UNFITTED, Choice
 from fitting.photograph.task import Task
@@ -26,8 +27,13 @@ from fitting.reasons import Reason
 _NYQUIST = 0.42
 
 
-def report(task: Task, choice: Choice, began: float) -> FitResult:
-    """The result of a fit that was not refused; without a radius where the fit does not determine it."""
+def report(
+    task: Task, choice: Choice, began: float, further: Callable[[float], Finding | None] | None = None
+) -> FitResult:
+    """The result of a fit that was not refused; without a radius where the fit does not determine it.
+
+    `further`: as in `findings_of`.
+    """
     fit, given, photograph = choice.found, task.quantities, choice.photograph
     variance, inflation = variance_of(fit)
     common = {
@@ -39,7 +45,7 @@ def report(task: Task, choice: Choice, began: float) -> FitResult:
         "picture": Picture(photograph, fit),
     }
     decided = () if task.view_angle is None else (VIEW_OR_FORM,)
-    common["rivals"], rival_rows = findings_of(fit, decided)
+    common["rivals"], rival_rows = findings_of(fit, decided, further)
     by_kind = {kind: [finding for finding in common["rivals"] if finding.consequence == kind] for kind in CONSEQUENCES}
     common["warnings"] += [finding.words for finding in by_kind["warning"]]
     common["model"] |= {finding.rival: str(finding.words) for finding in by_kind["budget"]}

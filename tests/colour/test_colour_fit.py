@@ -53,6 +53,17 @@ def test_all_channels_together_give_the_radius_within_its_interval(mercury):
     assert result.figure().axes
 
 
+def test_one_line_of_a_lamp_that_has_more_gets_their_effect_into_its_budget(mercury):
+    result = fitting.fit(mercury, wavelength=546.1e-9, pixel_size=5.461e-6, view="reflected")
+    assert "FURTHER_LINES" in result.warning_codes
+    assert dict(result.budget)["further lines"] > 2e-3 * result.radius
+    assert abs(result.radius - 0.15) < 1.96 * result.radius_sd
+    # Grey photographs, and wavelengths of no such lamp, are not asked.
+    for image, wavelength in ((mercury[..., 1], 546.1e-9), (mercury, 550e-9)):
+        plain = fitting.fit(image, wavelength=wavelength, pixel_size=5.461e-6, view="reflected")
+        assert "FURTHER_LINES" not in plain.warning_codes
+
+
 def test_without_a_pixel_size_the_answer_is_the_fringe_scale_of_the_line_next_to_555_nm(mercury):
     result = fitting.fit(mercury, wavelength="mercury", view="reflected")
     assert result.status == "no-scale"
