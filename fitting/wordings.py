@@ -32,7 +32,7 @@ class TogetherWords:
     """Of several pictures in one answer."""
 
     PICTURE_LEFT_OUT = "{name} was left out: {why}"
-    TOO_FEW_PICTURES = "{count} pictures can be used; at least two are required: see the warnings"
+    TOO_FEW_PICTURES = "pictures that can be used: {count}; at least two are required; {why}"
     PICTURE_CONTRADICTS = (
         "{name} contradicts the other pictures by {size:.1f} standard deviations in what they share: look at it alone, "
         "and leave it out if its camera or lens was another"

@@ -92,7 +92,7 @@ def _behind(terms: np.ndarray, light: np.ndarray, means: np.ndarray, used: np.nd
     design = terms[some] * means[some, None]
     coefficients = np.linalg.lstsq(design.T @ design, design.T @ light[some], rcond=1e-12)[0]
     smooth = terms @ coefficients
-    return np.maximum(smooth, 0.05 * float(np.median(smooth[some])))
+    return np.maximum(smooth, max(0.05 * float(np.median(smooth[some])), 1e-6))
 
 
 def _ring_means(

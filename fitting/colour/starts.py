@@ -87,7 +87,7 @@ def _offsets(amplitudes: np.ndarray, lines: np.ndarray, sign: float) -> list[flo
     phase = 4e-6 * np.pi * _GAPS[:, None] / lines
     cosine, sine = amplitudes.sum(axis=0)
     match = sign * (np.cos(phase) @ cosine - np.sin(phase) @ sine)
-    size = float(np.hypot(*amplitudes).sum()) or 1.0
+    size = float(np.hypot(amplitudes[:, 0], amplitudes[:, 1]).sum()) or 1.0
     match = match / size - 1e-3 * np.abs(_GAPS)
     peaks = 1 + np.flatnonzero((match[1:-1] >= match[:-2]) & (match[1:-1] > match[2:]))
     best = peaks[np.argsort(-match[peaks])][:_OFFSETS]

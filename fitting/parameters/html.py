@@ -69,7 +69,8 @@ def _numbers(result) -> list[tuple[str, str, str]]:
     rows = []
     for name, parameter in result.parameters.items():
         unit = TABLE[name].unit if name in TABLE else ""
-        text = with_sd(parameter.value, parameter.sd, unit) if parameter.sd else f"{parameter.value:.10g} {unit}"
+        exact = parameter.fixed and not parameter.sd
+        text = f"{parameter.value:.10g} {unit}" if exact else with_sd(parameter.value, parameter.sd or None, unit)
         rows.append((name, html.escape(text.strip()), "given" if parameter.fixed else "measured"))
     return rows
 

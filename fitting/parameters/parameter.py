@@ -22,7 +22,9 @@ class Parameter:
     unit: str
 
     def __str__(self) -> str:
-        text = with_sd(self.value, self.sd, self.unit) if self.sd else f"{self.value:.10g} {self.unit}".rstrip()
+        # What was given is shown as it was; a fitted number without a deviation has no tenth digit.
+        exact = f"{self.value:.10g} {self.unit}".rstrip()
+        text = exact if self.fixed and not self.sd else with_sd(self.value, self.sd or None, self.unit)
         return f"{self.name} = {text}" + (" (given)" if self.fixed else "")
 
 

@@ -29,16 +29,19 @@ _LEAST_ODDS, _OTHER_LAMP = 5.0, 20.0
 # Channels by themselves that scatter so many times as their noise.
 _SCATTERED = 3.0
 _CERTAIN = 0.99
+# Share of the largest lit area that a channel must have.
+_LEAST_LIT = 0.5
 
 
 def fit_channels(task: Task, rings: Rings, light: LampLight, arguments: dict[str, Any], began: float) -> FitResult:
     """One radius, pixel size or fringe scale of all channels; `task` has the light's reference for a wavelength."""
     source, transfer, mask, page = (arguments[name] for name in ("image", "transfer", "mask", "page"))
-    photographs = read_channels(source, transfer, mask, page)
+    channels = read_channels(source, transfer, mask, page)
+    photographs = _with_light(channels)
     fit = measured_under(task, rings, photographs, light)
     common = {
         "measured": task.quantities.unknown or "radius",
-        "warnings": [*task.photograph.warnings, *_warnings(task, fit, photographs)],
+        "warnings": [*task.photograph.warnings, *_dark(channels, photographs), *_warnings(task, fit, photographs)],
         "explained_variance": float(fit.explained.mean()),
     }
     odds = odds_of_lamps(fit.fit, rings.scale)
@@ -48,6 +51,19 @@ def fit_channels(task: Task, rings: Rings, light: LampLight, arguments: dict[str
     numbers = _numbers(task, fit, photographs, light)
     picture = _picture(task.photograph, photographs, fit, light)
     return FitResult(**numbers, picture=picture, seconds=time.perf_counter() - began, **common)
+
+
+def _with_light(channels: tuple[Photograph, ...]) -> tuple[Photograph, ...]:
+    """The channels that a lamp lights: a yellow one leaves blue black, with nothing to measure."""
+    areas = [int(np.count_nonzero(channel.image[channel.lit] > 0)) for channel in channels]
+    return tuple(channel for channel, area in zip(channels, areas, strict=True) if area >= _LEAST_LIT * max(areas))
+
+
+def _dark(channels: tuple[Photograph, ...], photographs: tuple[Photograph, ...]) -> list[str]:
+    """What is said of the channels that are not measured."""
+    lit = {photograph.channel for photograph in photographs}
+    names = [channel.channel for channel in channels if channel.channel not in lit]
+    return [ColourReason.CHANNELS_DARK(channels=" and ".join(names))] if names else []
 
 
 def measured_under(task: Task, rings: Rings, photographs: tuple[Photograph, ...], light: LampLight) -> ColourFit:
@@ -188,7 +204,7 @@ def _model(
         "fringes": "2 n t at normal incidence, exact sphere, one for all channels",
         "light": f"lines of {light.words} nm and bands, amplitudes of 0 or more, free in each channel",
         "lamps": "logarithms of the odds against this light: "
-        + ", ".join(f"{name} {value:+.0f}" for name, value in [*lamps, (BANDS_ALONE, odds[BANDS_ALONE])]),
+        + ", ".join(f"{name} {round(value):+d}" for name, value in [*lamps, (BANDS_ALONE, odds[BANDS_ALONE])]),
         "explained": explained,
         "variants": f"relative change of the fringe scale: {variants}",
         "gap order": f"probability {fit.order_odds[0]:.0%}",

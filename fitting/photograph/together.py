@@ -87,7 +87,8 @@ def fit_together(
         Reason.PICTURE_LEFT_OUT(name=labels[k], why=fits[k].message) for k in range(len(fits)) if k not in usable
     ]
     if len(usable) < _FEWEST:
-        return Together("refused", Reason.TOO_FEW_PICTURES(count=len(usable)), warnings=warnings, fits=fits)
+        message = Reason.TOO_FEW_PICTURES(count=len(usable), why="; ".join(warnings))
+        return Together("refused", message, warnings=warnings, fits=fits)
     results = [fits[k] for k in usable]
     if len({(result.status, result.measured) for result in results}) > 1:
         raise ValueError("the pictures measure different quantities; give the same ones for each")

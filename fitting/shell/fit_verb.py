@@ -127,8 +127,12 @@ def _scale_advice(photo: Path, options: FitOptions) -> str:
     """How to get the pixel size that a radius needs; nothing where it was given."""
     if options.pixel_size is not None or options.scale_from is not None:
         return ""
-    lamp = "sodium" if options.wavelength is None else f"{options.wavelength.within(1.0) * 1e9:.7g}nm"
-    fit = f"newtonjax fit {shlex.quote(str(photo))} --wavelength {lamp}"
+    lamp = "--wavelength sodium"
+    if options.lamp is not None:
+        lamp = f"--light {shlex.quote(options.lamp)}"
+    elif options.wavelength is not None:
+        lamp = f"--wavelength {options.wavelength.within(1.0) * 1e9:.7g}nm"
+    fit = f"newtonjax fit {shlex.quote(str(photo))} {lamp}"
     view = "" if options.view is None else f" --view {options.view}"
     return (
         "\n[[Next]]  for a radius: photograph a ruler at the same place, then\n"
@@ -137,7 +141,7 @@ def _scale_advice(photo: Path, options: FitOptions) -> str:
         "or read two of its lines in pixels in place of the first command:\n"
         "    newtonjax scale --point 120,340 --point 980,352 --distance 10mm --json scale.json\n"
         "or, in place of the ruler, a lens of known radius:\n"
-        f"    newtonjax fit known.jpg --wavelength {lamp} --radius 1m --radius-sd 0.5%{view} --json scale.json"
+        f"    newtonjax fit known.jpg {lamp} --radius 1m --radius-sd 0.5%{view} --json scale.json"
     )
 
 

@@ -94,7 +94,9 @@ def word_of(name: str, surfaces: int) -> str:
     if " " in name or name.startswith("T"):
         return name
     if not re.fullmatch(r"direct|R\d+(-R\d+)*", name):
-        raise ValueError(f"beam {shown(name)} is unknown; name a beam by its reflections, such as direct, R1 or R2-R1")
+        raise ValueError(
+            f"beam {shown(name)} is unknown; give its reflections, such as R1 or R2-R1, direct, or 'all' alone"
+        )
     turns = [] if name == "direct" else [int(turn[1:]) for turn in name.split("-")]
     word, medium, down = [], 0, True
     while 0 <= (met := medium if down else medium - 1) < surfaces:

@@ -76,6 +76,21 @@ def test_another_lamp_is_refused_with_the_name_of_the_right_one(mercury):
     assert "mercury" in result.message
 
 
+def test_a_channel_that_the_lamp_leaves_black_is_left_out_with_a_word(mercury):
+    picture_of_two = mercury.copy()
+    picture_of_two[..., 2] = 0
+    result = fitting.fit(picture_of_two, light="mercury", pixel_size=5.461e-6, view="reflected")
+    assert abs(result.radius - 0.15) < 2.5 * result.radius_sd
+    assert "radius_blue" not in result.parameters
+    assert any(text.startswith("blue has light in less than half") for text in result.warnings)
+
+
+def test_a_grey_picture_is_one_channel_of_a_lamp_s_light(mercury):
+    result = fitting.fit(mercury[..., 1], light="mercury", pixel_size=5.461e-6, view="reflected")
+    assert abs(result.radius - 0.15) < 0.003 * 0.15 < result.radius_sd
+    assert "blue" not in result.model["explained"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
