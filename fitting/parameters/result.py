@@ -8,6 +8,7 @@ import html
 import inspect
 import io
 import json
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -85,7 +86,10 @@ def _bytes_of(source: Any) -> Any:
     if isinstance(source, Mapping):
         return repr({str(key): np.asarray(column, dtype=object).tolist() for key, column in source.items()}).encode()
     try:
-        array = np.asarray(source)
+        with warnings.catch_warnings():
+            # A masked number in a list becomes no number, with a warning; the verb itself says what is wrong.
+            warnings.simplefilter("ignore", UserWarning)
+            array = np.asarray(source)
     except ValueError:  # a ragged list, which the verb itself refuses
         return repr(source).encode()
     if array.dtype.hasobject:
