@@ -11,10 +11,10 @@ from fitting.irregularity.frames import frames_of_surface
 from fitting.irregularity.zernike import polar_values
 from fitting.shell.cli import main
 
-SIZE, TERMS = 160, 15
+SIZE, TERMS = 128, 15
 STEPS = np.array([0.0, 0.21, 0.55, 0.78])
 FORM = np.array([0.0, 0.4, -0.2, 0.05, -0.03, 0.15, 0.01, 0.0, 0.02, -0.01, 0.008, 0.0, 0.005, 0.0, 0.01])
-PUPIL = ((SIZE - 1) / 2, (SIZE - 1) / 2, 76.0)
+PUPIL = ((SIZE - 1) / 2, (SIZE - 1) / 2, 61.0)
 
 
 def frames(steps=STEPS, changes=None, noise=0.02, seed=0):

@@ -9,6 +9,7 @@ import fitting
 GIVEN = {"wavelength": WAVELENGTH, "pixel_size": 2e-5, "view": "reflected"}
 SHAPE, CENTRE, UNIT, ORDERS, AXIS = (300, 340), (150.0, 140.0), 226.0, 7.0, 0.4
 RADIUS = (UNIT * GIVEN["pixel_size"]) ** 2 / (ORDERS * WAVELENGTH)
+OBLIQUE = np.radians(15.0)
 
 
 def elliptic(along, across, noise=0.02, seed=0):
@@ -19,12 +20,19 @@ def elliptic(along, across, noise=0.02, seed=0):
     return 0.5 + 0.4 * np.cos(2 * np.pi * turns) + noise * np.random.default_rng(seed).normal(size=SHAPE)
 
 
+@pytest.fixture(scope="module")
+def oblique():
+    """A sphere seen at 15 degrees, and its fit without a view angle."""
+    image = elliptic(1 / np.cos(OBLIQUE), np.cos(OBLIQUE))
+    return image, fitting.fit(image, **GIVEN)
+
+
 def covers(result, name, truth, deviations=1.96):
     number = result.parameters[name]
     return abs(number.value - truth) < deviations * number.sd
 
 
-@pytest.mark.parametrize("share", [0.02, 0.05, 0.2])
+@pytest.mark.parametrize("share", [0.02, 0.2])
 def test_a_lens_with_two_radii_seen_along_the_normal(share):
     """And with the view not given, both readings of the ellipse lie in the intervals."""
     image = elliptic(1 + share / 2, 1 - share / 2)
@@ -48,10 +56,9 @@ def test_a_lens_with_two_radii_seen_along_the_normal(share):
 
 
 @pytest.mark.parametrize("sd", [None, np.radians(1.0)])
-def test_a_sphere_seen_at_an_angle_that_is_given(sd):
-    angle = np.radians(15.0)
-    image = elliptic(1 / np.cos(angle), np.cos(angle))
-    result = fitting.fit(image, **GIVEN, view_angle=angle, view_angle_sd=sd)
+def test_a_sphere_seen_at_an_angle_that_is_given(sd, oblique):
+    image, unsaid = oblique
+    result = fitting.fit(image, **GIVEN, view_angle=OBLIQUE, view_angle_sd=sd)
     assert covers(result, "radius", RADIUS)
     for name in ("radius_along", "radius_across"):
         assert covers(result, name, RADIUS)
@@ -59,16 +66,15 @@ def test_a_sphere_seen_at_an_angle_that_is_given(sd):
     assert result.radius_sd < 1e-3 * RADIUS
     assert result.priors["stretch"]["source"] == "user"
     assert "a view at 15" in result.model["view or form"]
-    unsaid = fitting.fit(image, **GIVEN)
     assert covers(unsaid, "radius", RADIUS)
     assert covers(unsaid, "radius_along", RADIUS)
 
 
 def test_a_lens_with_two_radii_seen_at_an_angle_is_covered():
     """The two stretches lie along one direction here, and add."""
-    angle, share = np.radians(15.0), 0.05
-    image = elliptic((1 + share / 2) / np.cos(angle), (1 - share / 2) * np.cos(angle))
-    result = fitting.fit(image, **GIVEN, view_angle=angle)
+    share = 0.05
+    image = elliptic((1 + share / 2) / np.cos(OBLIQUE), (1 - share / 2) * np.cos(OBLIQUE))
+    result = fitting.fit(image, **GIVEN, view_angle=OBLIQUE)
     assert covers(result, "radius_along", RADIUS / (1 + share / 2))
     assert covers(result, "radius_across", RADIUS / (1 - share / 2))
     assert covers(result, "radius", RADIUS)
