@@ -52,7 +52,7 @@ def source_points(scene: Scene, camera: Camera, tolerance: float) -> Directions:
     extent = scene.light.extent
     if extent is None:
         return directions_of(None, 1)
-    radians = 0.0
+    radians, grazing = 0.0, 1
     if is_concrete(scene, camera):
         gap, corner = gap_between(scene), 2.0 if extent.shape == "square" else 1.0
         turns = np.abs(path_range(gap, camera, 1 / scene.wavelength)).max()
@@ -63,7 +63,21 @@ def source_points(scene: Scene, camera: Camera, tolerance: float) -> Directions:
             )
         ratio = channels_of(scene.light, None).lines.ratios.max()
         radians = 2 * np.pi * turns * ratio * (1 - np.sqrt(1 - corner * sine * sine))
-    return directions_of(extent, min(order_for(extent, radians, tolerance) + 2, 64))
+        grazing = grazing_order(extent.shape, float(sine), tolerance)
+    return directions_of(extent, min(max(order_for(extent, radians, tolerance) + 2, grazing), 64))
+
+
+def grazing_order(shape: str, sine: float, tolerance: float) -> int:
+    """The order of a quadrature that bears the branch point of the root of 1 - sin²θ.
+
+    Of n nodes errors fall as ρ^(-2n), ρ the sum of the half axes of the ellipse about the nodes' interval [-1, 1] that
+    meets the point (Trefethen, Approximation Theory and Approximation Practice, theorem 19.3).
+    """
+    if not sine:
+        return 1
+    # The nodes lie in the squared sine of a disc; in the sine along an edge of a square.
+    place = 2 / sine**2 - 1 if shape == "disc" else 2 * np.sqrt(1 / sine**2 - 1) - 1
+    return int(np.ceil(-np.log(tolerance) / (2 * np.log(place + np.sqrt(place**2 - 1)))))
 
 
 def channels_over_source(scene: Scene, camera: Camera, tolerance: float = 1e-7) -> Channels:

@@ -1,13 +1,12 @@
 """Refractive indices of named matter, by its dispersion formula.
 
 Indices of glasses, crystals and liquids are relative to air, as catalogues give them, at about 20 °C; the wavelength of
-the formulas is that in air [um], for which the vacuum value stands here (1e-5 of an index).
+the formulas is that in air [um], for which the vacuum value stands here (1e-5 of an index). Beyond the wavelengths of
+which a formula was made nothing is said of the index.
 """
 
 from difflib import get_close_matches
 from typing import NamedTuple
-
-import numpy as np
 
 from newtonjax.numerics import Scalar, namespace, require, shown
 from newtonjax.scene.limits import WAVELENGTH
@@ -77,6 +76,23 @@ DISPERSIONS = {
     # Ciddor, Appl. Opt. 35, 1566 (1996), standard air of 15 °C.
     "air": Ciddor((0.05792105, 0.00167917), (238.0185, 57.362)),
 }
+# Wavelengths [um] that the formulas hold for, by the sources above; of the oil, whose standard says three, the visible.
+RANGES = {
+    "N-BK7": (0.3, 2.5),
+    "N-K5": (0.31, 2.5),
+    "N-BAF10": (0.35, 2.5),
+    "F2": (0.32, 2.5),
+    "SF10": (0.38, 2.5),
+    "N-SF11": (0.37, 2.5),
+    "fused silica": (0.21, 3.71),
+    "CaF2": (0.23, 9.7),
+    "MgF2": (0.2, 7.0),
+    "sapphire": (0.2, 5.0),
+    "water": (0.182, 1.129),
+    "immersion oil": (0.38, 0.8),
+    "air": (0.23, 1.69),
+}
+_ROUNDING = 1e-6
 _KEYS = {"".join(filter(str.isalnum, name)).lower(): name for name in DISPERSIONS}
 _ALSO = {"bk7": "N-BK7", "silica": "fused silica", "sio2": "fused silica", "sf11": "N-SF11", "oil": "immersion oil"}
 
@@ -85,7 +101,7 @@ def refractive_index(name: str, wavelength: Scalar) -> Scalar:
     """Of named matter at a vacuum wavelength [m], which may be traced: of air itself absolute, else relative to air.
 
     Names are those of `DISPERSIONS`, whatever their case, hyphens and spaces. Raises ValueError for others, with the
-    nearest, and for a wavelength at which the formula has no index.
+    nearest, and for a wavelength outside of the formula's range.
     """
     if not isinstance(name, str):
         raise ValueError(f"matter is {shown(name)}; allowed: a name such as 'N-BK7'")
@@ -97,7 +113,11 @@ def refractive_index(name: str, wavelength: Scalar) -> Scalar:
         allowed = f"{', '.join(DISPERSIONS)}, or a number"
         raise ValueError(f"matter {shown(name)} is not known; nearest: {nearest}; allowed: {allowed}")
     require("wavelength", wavelength, f"a positive length, {WAVELENGTH.words}", WAVELENGTH.holds)
-    with np.errstate(all="ignore"):
-        index = DISPERSIONS[names[key]].at((wavelength * 1e6) ** 2)
-    require(f"{names[key]} at this wavelength", index, "one at which it is transparent", lambda n: (n > 0.5) & (n < 5))
-    return index
+    micrometres, (low, high) = wavelength * 1e6, RANGES[names[key]]
+    require(
+        f"wavelength in {names[key]}",
+        wavelength,
+        f"{low:g} to {high:g} um, which its formula holds for",
+        lambda _: (micrometres > low * (1 - _ROUNDING)) & (micrometres < high * (1 + _ROUNDING)),
+    )
+    return DISPERSIONS[names[key]].at(micrometres**2)

@@ -9,6 +9,7 @@ import pytest
 
 import newtonjax as nj
 from newtonjax.methods import parallel
+from newtonjax.methods.many_beams import profile_of
 from newtonjax.rays import amplitudes
 
 CAMERA = nj.Camera((6, 7), 0.1e-3)
@@ -37,6 +38,17 @@ def test_a_disc_is_the_sum_of_ten_thousand_points():
     expected = film_of_two_beams(thickness.ravel(), squares).mean(axis=0)
     np.testing.assert_allclose(image.ravel(), expected, atol=1e-6 * expected.max())
     assert np.ptp(image) < 0.97 * np.ptp(np.asarray(nj.render(parallel(scene), CAMERA)))
+
+
+@pytest.mark.parametrize("sine", [0.99, 0.999])
+def test_grazing_light_has_as_many_directions_as_its_amplitudes_need(sine):
+    scene = nj.newton_rings(1.0, WAVELENGTH, 1e-6, numerical_aperture=sine)
+    turns = np.linspace(0.0, 4.0, 81)
+    # Even in the cosine of the angle, for sin² = 1 - cos².
+    cosines = np.sqrt(1 - sine**2) + (1 - np.sqrt(1 - sine**2)) * (np.arange(10_000) + 0.5) / 10_000
+    expected = cosines / cosines.sum() @ film_of_two_beams(turns * WAVELENGTH / 2, 1 - cosines**2)
+    profile = profile_of(scene, CAMERA).at(turns)[0]
+    np.testing.assert_allclose(profile, expected, atol=1e-6 * expected.max())
 
 
 @pytest.mark.parametrize("is_map", [False, True])

@@ -58,7 +58,8 @@ def test_an_index_has_a_derivative_in_the_wavelength():
     [
         (lambda: nj.newton_rings(1.0, lens_index="BK8"), "lens_index: matter 'BK8' is not known; nearest: N-BK7"),
         (lambda: nj.refractive_index("N-BK7", -1.0), "wavelength is -1.0"),
-        (lambda: nj.refractive_index("N-BK7", 70e-9), "transparent"),
+        (lambda: nj.refractive_index("N-BK7", 70e-9), "N-BK7 is 7e-08; allowed: 0.3 to 2.5 um"),
+        (lambda: nj.newton_rings(1.0, 1.55e-6, gap_index="water"), "water is 1.55e-06; allowed: 0.182 to 1.129 um"),
     ],
 )
 def test_what_has_no_index_is_refused_in_one_line(make, message):
