@@ -25,7 +25,9 @@ class ColourReason(Wording):
     CHANNELS_CLIPPED = (
         "the brightest rings of {channels} are cut off, below the largest code: they were left out; expose less"
     )
-    CHANNELS_DARK = "{channels} has light in less than half of the field of the brightest channel: it was left out"
+    CHANNELS_DARK = (
+        "{channels} has light in less than half of the field of the brightest channel, or one level: it was left out"
+    )
     CHANNELS_DISAGREE = (
         "the channels by themselves differ by {spread:.2%} in the {measured}, {deviations:.1f} times what their noise "
         "explains: their scatter is in the budget"

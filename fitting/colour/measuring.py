@@ -19,8 +19,8 @@ from fitting.colour.waveform import View, gaps
 from fitting.photo import Photograph, Rings
 
 # Share of the highest level above which a channel is compared with itself; what is left over there and falls by so
-# much without it was clipped.
-_HIGH, _CLIPPED = 0.93, 0.75
+# much without it was clipped. Faint rings have all their light there: what is below must be this share of a channel.
+_HIGH, _CLIPPED, _BELOW = 0.93, 0.75, 0.5
 # Orders of the gap that are compared, to either side.
 _ORDERS = (-2, -1, 1, 2)
 
@@ -104,15 +104,18 @@ def fit_lamp(rings: Rings1D, lines: Float[np.ndarray, " lines"]) -> tuple[LampFi
     """The best curve of light of these lines and bands; and the channels whose brightest rings are clipped."""
     palette = of_lamp(lines)
     plain = best_fit(rings.profiles, palette, rings.scale, rings.view, rings.channels)
-    dim = plain.problem.profiles.below(np.full(len(rings.channels), _HIGH))
+    profiles = plain.problem.profiles
+    below = profiles.below(np.full(len(rings.channels), _HIGH)).weight.sum(axis=1)
+    high = np.where(below > _BELOW * profiles.weight.sum(axis=1), _HIGH, np.inf)
+    dim = profiles.below(high)
     problem = replace(plain.problem, profiles=dim)
     cut = weighed(problem, plain.optimum.curve)
     ratio = cut.problem.variances / weighed_on(problem, plain)
     clipped = tuple(np.flatnonzero(ratio < _CLIPPED).tolist())
     if not clipped:
         return plain, ()
-    level = np.where(ratio < _CLIPPED, _HIGH, np.inf)
-    problem = replace(plain.problem, profiles=plain.problem.profiles.below(level))
+    level = np.where(ratio < _CLIPPED, high, np.inf)
+    problem = replace(plain.problem, profiles=profiles.below(level))
     return weighed(problem, cut.optimum.curve), clipped
 
 

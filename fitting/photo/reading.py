@@ -48,7 +48,7 @@ class Photograph:
         """Whether all usable pixels have one code; a sample tells it of most photographs."""
         codes, sample = self.codes.codes, thin(self.mask)
         some = codes[sample][self.mask[sample]]
-        return (some.size == 0 or _is_one(some)) and _is_one(codes[self.mask])
+        return _is_one(some) and _is_one(codes[self.mask])
 
     def light_rows(self, start: int, stop: int) -> np.ndarray:
         """Linear light of the rows from `start` up to `stop`, float32 [rows, columns]."""
@@ -199,7 +199,7 @@ def _planes(source: str | Path | np.ndarray, page: int | None) -> tuple[Planes, 
 
 def _is_one(values: np.ndarray) -> bool:
     """Whether all values are the same; those of one bit have no differences."""
-    return bool(values.min() == values.max())
+    return not values.size or bool(values.min() == values.max())
 
 
 def _saturation(plane: np.ndarray, top: float) -> float:

@@ -55,7 +55,7 @@ def fit_channels(task: Task, rings: Rings, light: LampLight, arguments: dict[str
 
 def _with_light(channels: tuple[Photograph, ...]) -> tuple[Photograph, ...]:
     """The channels that a lamp lights: a yellow one leaves blue black, with nothing to measure."""
-    areas = [int(np.count_nonzero(channel.image[channel.lit] > 0)) for channel in channels]
+    areas = [0 if channel.is_uniform else int(np.count_nonzero(channel.image[channel.lit] > 0)) for channel in channels]
     return tuple(channel for channel, area in zip(channels, areas, strict=True) if area >= _LEAST_LIT * max(areas))
 
 

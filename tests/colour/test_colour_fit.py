@@ -70,6 +70,24 @@ def test_without_a_pixel_size_the_answer_is_the_fringe_scale_of_the_line_next_to
     assert result.fringe_scale_per_px2 == pytest.approx(5.461e-6**2 / (0.15 * 546.074e-9), rel=1e-3)
 
 
+@pytest.mark.parametrize(("channel", "code"), [(0, 65535), (2, 30_000)])
+def test_a_channel_of_one_level_is_left_out(mercury, channel, code):
+    image = np.array(mercury)
+    image[..., channel] = code
+    result = fitting.fit(image, light="mercury", pixel_size=5.461e-6, view="reflected")
+    assert result.status == "ok"
+    assert abs(result.radius - 0.15) < 2.5 * result.radius_sd < 0.005 * 0.15
+
+
+def test_faint_rings_are_not_taken_for_cut_off_ones(mercury):
+    image = np.array(mercury) / 65535
+    faint = 0.8 + 0.04 * image + np.random.default_rng(1).normal(0, 1e-3, image.shape)
+    result = fitting.fit(faint, light="mercury", pixel_size=5.461e-6, view="reflected")
+    assert result.status == "ok"
+    assert "CHANNELS_CLIPPED" not in result.warning_codes
+    assert abs(result.radius - 0.15) < 2.5 * result.radius_sd < 0.01 * 0.15
+
+
 def test_another_lamp_is_refused_with_the_name_of_the_right_one(mercury):
     result = fitting.fit(mercury, light="sodium", pixel_size=5.461e-6, view="reflected")
     assert (result.status, result.reason) == ("refused", "ANOTHER_LAMP")
