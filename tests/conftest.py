@@ -66,9 +66,10 @@ def pytest_configure(config):
 # The modules that take longest where nothing is compiled yet, longest first, so that no worker begins one of them when
 # the other has nothing left to do.
 LONGEST = (
-    *("mcmc", "implicit", "sharding", "awkward", "spread", "gradients", "splatting", "derivatives", "design", "pages"),
-    *("methods", "fit", "reticle", "single", "few_fringes", "render_verb", "tradeoff", "html", "packed", "imaging"),
-    *("batch_verb", "photographs", "architecture", "program_count"),
+    *("mcmc", "implicit", "sharding", "awkward", "render_verb", "gradients", "splatting", "derivatives", "design"),
+    *("pages", "spread", "architecture", "extended_sources", "photographs", "methods", "fit", "reticle", "parts"),
+    *("together", "wrong_arguments", "colour_fit", "single", "many_beams", "few_fringes", "stepped", "wedge_photo"),
+    *("tradeoff", "html", "packed", "imaging", "batch_verb", "ruler_and_disc", "page", "worker", "program_count"),
 )
 
 

@@ -11,6 +11,7 @@ import os
 import sys
 from collections import defaultdict
 from collections.abc import Iterator
+from functools import cached_property
 from pathlib import Path
 
 from line_figures import deep_comprehensions, line_figures, raises
@@ -51,6 +52,7 @@ class Source:
             return f"{module}.{name}"
         return None if target is None else self.module_of(target, name)
 
+    @cached_property
     def arrows(self) -> set[tuple[str, str]]:
         """(importer, imported) modules, each pair once, imports in functions and lazily exported attributes too."""
         pairs = set()
@@ -68,7 +70,7 @@ class Source:
 
     def room_arrows(self, package: str) -> set[tuple[str, str]]:
         """(importer, imported) rooms of one package, each pair once."""
-        pairs, rooms = {tuple(map(room_of, pair)) for pair in self.arrows()}, self.rooms(package)
+        pairs, rooms = {tuple(map(room_of, pair)) for pair in self.arrows}, self.rooms(package)
         return {
             (importer, imported)
             for importer, imported in pairs
@@ -225,6 +227,8 @@ def way_of(root: Path, photograph: Path) -> list[tuple[str, str]]:
     main = __import__("fitting.shell.cli" if rooms else "fitting.cli", fromlist=["main"]).main
     order: dict[tuple[str, str], None] = {}
     classes: dict[str, set[str]] = {}
+    # Kept, so that no other code comes to bear a number of theirs.
+    visited: dict[int, object] = {}
 
     def classes_of(file: str) -> set[str]:
         if file not in classes:
@@ -233,8 +237,9 @@ def way_of(root: Path, photograph: Path) -> list[tuple[str, str]]:
         return classes[file]
 
     def record(frame, event, _):
-        if event != "call":
+        if event != "call" or id(frame.f_code) in visited:
             return
+        visited[id(frame.f_code)] = frame.f_code
         file, name = os.path.relpath(frame.f_code.co_filename, root), frame.f_code.co_qualname
         if (
             not file.startswith(("fitting/", "newtonjax/"))
@@ -267,7 +272,7 @@ def main() -> None:
     parser.add_argument("--way", type=Path, help="the photograph to follow")
     options = parser.parse_args()
     source = Source(options.root.resolve())
-    arrows = source.arrows()
+    arrows = source.arrows
     for package in PACKAGES:
         inside = {pair for pair in arrows if all(name.startswith(f"{package}.") for name in pair)}
         modules = sum(name.startswith(f"{package}.") for name in source.trees)

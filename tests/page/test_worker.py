@@ -9,17 +9,23 @@ from fitting.shell.page.photograph_tasks import sample
 from fitting.shell.page.worker import Worker, WorkError
 
 
-def with_worker(folder, work):
-    """What a coroutine function of a worker returns; the worker loads nothing beforehand."""
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Of the worker's process alone."""
+    return tmp_path_factory.mktemp("worker")
 
-    async def run():
-        worker = Worker(folder)
-        try:
-            return await work(worker)
-        finally:
-            worker.close()
 
-    return asyncio.run(run())
+@pytest.fixture(scope="module")
+def run(folder):
+    """What a coroutine function of a worker returns; one worker for all tests, which loads nothing beforehand."""
+
+    async def begun():
+        return Worker(folder)
+
+    with asyncio.Runner() as runner:
+        worker = runner.run(begun())
+        yield lambda work: runner.run(work(worker))
+        worker.close()
 
 
 async def started(worker, *arguments) -> asyncio.Task:
@@ -30,22 +36,7 @@ async def started(worker, *arguments) -> asyncio.Task:
     return task
 
 
-def test_cancel_ends_the_process_within_a_second_and_another_one_answers(tmp_path):
-    async def work(worker):
-        task, process = await started(worker, *sample()), worker.pid
-        began = time.monotonic()
-        task.cancel()
-        with pytest.raises(asyncio.CancelledError):
-            await task
-        assert time.monotonic() - began < 1.0
-        assert worker.pid != process
-        assert list(tmp_path.iterdir()) == []
-        return await worker.call("scale", ["0,0", "0,100"], "1mm", "")
-
-    assert with_worker(tmp_path, work)["pixel_size_m"] == pytest.approx(1e-5)
-
-
-def test_one_that_waits_for_its_turn_is_cancelled_without_ending_the_process(tmp_path):
+def test_one_that_waits_for_its_turn_is_cancelled_without_ending_the_process(run):
     async def work(worker):
         task = asyncio.ensure_future(worker.call("scale", ["0,0", "0,100"], "1mm", ""))
         second = asyncio.ensure_future(worker.call("scale", ["0,0", "0,100"], "1mm", ""))
@@ -56,27 +47,42 @@ def test_one_that_waits_for_its_turn_is_cancelled_without_ending_the_process(tmp
         await task
         assert (worker.pid, worker.waiting) == (process, 0)
 
-    with_worker(tmp_path, work)
+    run(work)
 
 
-def test_a_process_that_dies_is_said_and_replaced(tmp_path):
-    async def work(worker):
-        task = await started(worker, *sample())
-        worker._process.kill()
-        with pytest.raises(WorkError, match="try again"):
-            await task
-        assert list(tmp_path.iterdir()) == []
-        return await worker.call("scale", ["0,0", "0,100"], "1mm", "")
-
-    assert with_worker(tmp_path, work)["pixel_size_m"] == pytest.approx(1e-5)
-
-
-def test_what_a_task_raises_is_said_in_one_line_without_the_folder(tmp_path):
+def test_what_a_task_raises_is_said_in_one_line_without_the_folder(run, folder):
     async def work(worker):
         with pytest.raises(WorkError) as caught:
             await worker.call("look", b"no picture", "rings.png")
         return str(caught.value)
 
-    message = with_worker(tmp_path, work)
+    message = run(work)
     assert message.startswith("rings.png cannot be read as an image")
-    assert str(tmp_path) not in message
+    assert str(folder) not in message
+
+
+def test_cancel_ends_the_process_within_a_second_and_another_one_answers(run, folder):
+    async def work(worker):
+        task, process = await started(worker, *sample()), worker.pid
+        began = time.monotonic()
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        assert time.monotonic() - began < 1.0
+        assert worker.pid != process
+        assert list(folder.iterdir()) == []
+        return await worker.call("scale", ["0,0", "0,100"], "1mm", "")
+
+    assert run(work)["pixel_size_m"] == pytest.approx(1e-5)
+
+
+def test_a_process_that_dies_is_said_and_replaced(run, folder):
+    async def work(worker):
+        task = await started(worker, *sample())
+        worker._process.kill()
+        with pytest.raises(WorkError, match="try again"):
+            await task
+        assert list(folder.iterdir()) == []
+        return await worker.call("scale", ["0,0", "0,100"], "1mm", "")
+
+    assert run(work)["pixel_size_m"] == pytest.approx(1e-5)
