@@ -122,13 +122,12 @@ def test_pictures_of_one_lens_give_one_radius_with_the_spread_between_them():
 def test_a_picture_of_another_camera_and_another_lens_is_named():
     images = [lens(12.0, 0.0, 1)[0], lens(12.0, 0.0, 2)[0], lens(12.4, 0.06, 3)[0]]
     forced = NO_CONTACT | {"distortion": True, "fifth_order": False}
-    result = fitting.fit_together(images, pixel_size=PIXEL, names=["first", "second", "third"], parts=forced, **LAMP)
+    options = {"pixel_size": PIXEL, "names": ["first", "second", "third"], "parts": forced} | LAMP
+    result = fitting.fit_together(images, **options)
     assert "PICTURE_CONTRADICTS" in result.warning_codes
     assert result.warnings[-1].startswith("third contradicts")
     assert result.members[2].contradiction > 5
-    one_lens = fitting.fit_together(
-        images, shared="radius", pixel_size=PIXEL, names=["first", "second", "third"], parts=forced, **LAMP
-    )
+    one_lens = fitting.fit_together(images, shared="radius", **options)
     assert one_lens.warnings[-1].startswith("third contradicts")
     # The spread between the pictures is in the deviation.
     assert one_lens.sd > 0.005 * one_lens.value
@@ -183,7 +182,6 @@ def test_the_sodium_lenses_have_the_ratio_of_their_labels(shared):
         "ok", pixel_size=12.745e-6, pixel_size_sd=0.027e-6, stretch=-0.0038, shear=0.0, stretch_sd=3e-4, shear_sd=3e-4,
         distortion=0.0064, distortion_sd=0.0028, half_diagonal=399.3,
     )  # fmt: skip
-    for scale in ({"pixel_size": 12.745e-6}, {"scale": reticle}):
-        result = fitting.ratio(*files, **LAMP, **scale)
-        assert abs(result.ratio - 1000 / 850) < 1.5 * result.ratio_sd
-        assert result.ratio_sd < 0.002
+    result = fitting.ratio(*files, **LAMP, scale=reticle)
+    assert abs(result.ratio - 1000 / 850) < 1.5 * result.ratio_sd
+    assert result.ratio_sd < 0.002
