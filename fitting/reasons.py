@@ -29,8 +29,8 @@ class Reason(Wording):
 
     # Whether it shows rings: by the search, then by the fit.
     STRAIGHT_BEND = (
-        "the fringes are straight: across {orders:.0f} fringes they bend by {bend:.2g} fringe spacings; at least "
-        "{least:.2g} is required: a radius needs curved fringes; newtonjax wedge measures straight ones"
+        "the fringes are straight: across {orders:.0f} fringes they bend by {bend:.2g} fringe spacings; a radius needs "
+        "at least {least:.2g}; newtonjax wedge measures straight fringes, newtonjax scale a ruler"
     )
     STRAIGHT_WAVE = (
         "the fringes are straight: evenly spaced ones explain {plane:.0%} of the fringe power, rings {match:.0%}; a "
@@ -57,7 +57,7 @@ class Reason(Wording):
     )
     STRAIGHT_FIT_BEND = (
         "the fringes are straight: across {orders:.2g} fringes they bend by {bend:.2g} fringe spacings; a radius needs "
-        "curved fringes; newtonjax wedge measures straight ones"
+        "curved ones; newtonjax wedge measures straight ones, newtonjax scale a ruler"
     )
     NO_RINGS_FIT = (
         "no rings found: the best ring pattern explains {explained:.1%} of the image variance; at least {least:.0%} is "

@@ -36,6 +36,15 @@ def of_form(
     return figure
 
 
+def count_pixels(panels, factor: int) -> None:
+    """Ticks in pixels of the file, of axes in those of a picture that was read so many times smaller."""
+    if factor == 1:
+        return
+    for panel in panels:
+        for axis in (panel.xaxis, panel.yaxis):
+            axis.set_major_formatter(lambda place, _: f"{factor * place:.0f}")
+
+
 def draw_fringes(photograph: Photograph, pupil: Pupil, form: np.ndarray, axes) -> None:
     """The photograph with the middles of the dark fringes as fitted, into matplotlib axes."""
     _draw_photograph(photograph, pupil, axes)

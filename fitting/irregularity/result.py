@@ -182,8 +182,11 @@ class Form(AbstractResult):
             return self._reason_figure()
         if ax is None:
             pupil, form, covariance, scale = self._map_arguments()
-            return figure.of_form(self.photograph, pupil.reduced(self.reading), form, covariance, scale)
+            drawing = figure.of_form(self.photograph, pupil.reduced(self.reading), form, covariance, scale)
+            figure.count_pixels(drawing.axes[:4], self.reading)
+            return drawing
         figure.draw_fringes(self.photograph, self.pupil.reduced(self.reading), np.array(self.coefficients), ax)
+        figure.count_pixels([ax], self.reading)
         return ax.figure
 
     def report(self) -> str:

@@ -135,7 +135,8 @@ def _warnings(straight: StraightFit, wedge: Wedge, request: Request, blank: Wedg
     texts: list[str] = []
     values, relative = request.values, request.relative_sds
     exact = [name for name in ("wavelength", "pixel_size", "length") if values[name] is not None and not relative[name]]
-    if exact:
+    # Without both of these the answer is the spacing in pixels, which depends on none.
+    if exact and None not in (values["wavelength"], values["pixel_size"]):
         texts.append(Reason.TREATED_AS_EXACT(names=", ".join(exact)))
     if wedge.is_bent:
         texts.append(SheetReason.WEDGE_BENT(change=wedge.relative_change))

@@ -12,6 +12,8 @@ from newtonjax.scene import PICTURE_PIXELS
 
 # What is advised where a photograph is larger than the memory.
 SMALLER = "crop the photograph to its rings, or reduce its pixels (`magick photo.png -resize 50% small.png`)"
+# Endings of files that hold readings.
+_TABLES = (".csv", ".tsv", ".xlsx", ".ods")
 _LARGEST = "NEWTONJAX_LARGEST_PICTURE"
 # The kinds of picture files, in the order in which they are asked: modules with the names of their formats, first bytes
 # and endings by which these are known, `layout` and `load`. What none of them knows, Pillow tries.
@@ -75,7 +77,8 @@ def require_few_pixels(path: Path, rows: int, columns: int) -> None:
 def _unreadable(path: Path, error: Exception) -> ValueError:
     """What is said of a file that a decoder refuses: these raise whatever they like."""
     reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-    return ValueError(f"{path} cannot be read as an image ({reason}); allowed: {ALLOWED}")
+    table = "; a table of readings is for newtonjax rings" if path.suffix.lower() in _TABLES else ""
+    return ValueError(f"{path} cannot be read as an image ({reason}); allowed: {ALLOWED}{table}")
 
 
 def reader_of(path: Path) -> Any:

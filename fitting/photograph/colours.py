@@ -37,7 +37,7 @@ def fit_channels(task: Task, rings: Rings, light: LampLight, arguments: dict[str
     """One radius, pixel size or fringe scale of all channels; `task` has the light's reference for a wavelength."""
     source, transfer, mask, page = (arguments[name] for name in ("image", "transfer", "mask", "page"))
     channels = read_channels(source, transfer, mask, page)
-    photographs = _with_light(channels)
+    photographs = with_light(channels)
     fit = measured_under(task, rings, photographs, light)
     common = {
         "measured": task.quantities.unknown or "radius",
@@ -53,7 +53,7 @@ def fit_channels(task: Task, rings: Rings, light: LampLight, arguments: dict[str
     return FitResult(**numbers, picture=picture, seconds=time.perf_counter() - began, **common)
 
 
-def _with_light(channels: tuple[Photograph, ...]) -> tuple[Photograph, ...]:
+def with_light(channels: tuple[Photograph, ...]) -> tuple[Photograph, ...]:
     """The channels that a lamp lights: a yellow one leaves blue black, with nothing to measure."""
     areas = [0 if channel.is_uniform else int(np.count_nonzero(channel.image[channel.lit] > 0)) for channel in channels]
     return tuple(channel for channel, area in zip(channels, areas, strict=True) if area >= _LEAST_LIT * max(areas))

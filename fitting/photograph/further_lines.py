@@ -4,7 +4,7 @@ from typing import Any
 
 from fitting.colour import ColourReason, lamp_of_line, lines_of
 from fitting.photo import Rings, read_channels
-from fitting.photograph.colours import fringe_scale, measured_under
+from fitting.photograph.colours import fringe_scale, measured_under, with_light
 from fitting.photograph.light_words import LampLight
 from fitting.photograph.rival import Finding
 from fitting.photograph.task import Task
@@ -29,7 +29,8 @@ def further_lines(task: Task, rings: Rings, arguments: dict[str, Any], scale: fl
         return None
     light = LampLight(lines_of(lamp(name)))
     source, transfer, mask, page = (arguments[key] for key in ("image", "transfer", "mask", "page"))
-    fit = measured_under(task, rings, read_channels(source, transfer, mask, page), light)
+    photographs = with_light(read_channels(source, transfer, mask, page))
+    fit = measured_under(task, rings, photographs, light)
     change = abs(fringe_scale(fit, light) * light.reference / wavelength / scale - 1)
     if not change > _LEAST:
         return None

@@ -52,7 +52,7 @@ def checked_view(angle: Any, sd: Any) -> View:
     if angle is None:
         raise ValueError("view_angle_sd is given without view_angle; give both, or neither")
     if not 0 <= number("view_angle", angle) < _STEEPEST:
-        raise ValueError(f"view_angle is {shown(angle)}; allowed: 0 to pi/4 radians, which is 45 degrees")
+        raise ValueError(f"view_angle is {float(f'{angle:.6g}')}; allowed: 0 to pi/4 radians, which is 45 degrees")
     deviation = absolute_sd("view_angle", sd, angle) or 0.0
     if deviation > _STEEPEST:
         raise ValueError(f"view_angle_sd is {shown(sd)}; allowed: 0 to pi/4 radians")

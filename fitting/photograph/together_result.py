@@ -120,13 +120,13 @@ class Together(AbstractResult):
             ax.errorbar(member.alone, 0.12 - place, xerr=member.alone_sd, fmt="o", ms=4, color="0.6")
             ax.errorbar(member.value, -place - 0.12, xerr=member.sd, fmt="o", ms=4, color="tab:red")
         ax.set_yticks([-place for place in range(len(self.members))], [member.name for member in self.members])
-        unit = TABLE[self.measured].unit
+        unit = _unit_of(self.measured)
         ax.set_xlabel(f"{self.measured.replace('_', ' ')}{f' [{unit}]' if unit else ''}, grey: alone, red: together")
         return ax.figure
 
     def report(self) -> str:
         """The result as text."""
-        name, unit = self.measured.replace("_", " "), TABLE[self.measured].unit
+        name, unit = self.measured.replace("_", " "), _unit_of(self.measured)
         lines = [f"[[Result]]  {self.status}" + (f": {self.message}" if self.message else "")]
         if self.value is not None:
             lines += [f"    {name} of all = {with_sd(self.value, self.sd, unit)}"]
@@ -148,3 +148,8 @@ class Together(AbstractResult):
         return "\n".join(
             lines + (["[[Warnings]]"] + [f"    {text}" for text in self.warnings] if self.warnings else [])
         )
+
+
+def _unit_of(name: str) -> str:
+    """The unit of a quantity as a reader writes it."""
+    return TABLE[name].unit.replace("per_px2", "per px²")

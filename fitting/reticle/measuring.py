@@ -62,6 +62,9 @@ def scale(
     if len(stated) != 1 or (points is None) != (distance is None):
         raise ValueError("give one of division, ruler and disc_diameter, of a photograph, or points with distance")
     (name,) = stated
+    idle = [f"{key}_sd" for key, sd in sds.items() if sd is not None and key != name]
+    if idle:
+        raise ValueError(f"{', '.join(idle)} does not belong to {name}; leave it out, or give {name}_sd")
     size = _length(name, sizes[name])
     sd = absolute_sd(name, sds[name], size) or 0.0
     if points is not None:

@@ -203,6 +203,8 @@ def _ticks(strip: Strip, distance: float) -> Ticks:
             place = line if is_strong else expected
             step = 0.7 * step + 0.3 * abs(line - (expected - way * step)) if is_strong else step
     number, place, strength = (np.array(column) for column in zip(*rows, strict=True))
+    if not strength.max() > 0:
+        return Ticks(number[:0], place[:0])
     strong = strength > _STRONG * np.median(strength[strength > 0.5 * np.median(strength)])
     return Ticks(number[strong], place[strong])
 
@@ -265,7 +267,7 @@ def _answer(photograph: Photograph, strip: Strip, ticks: Ticks, line: Line, divi
     size, shape = line.frequency * division, photograph.image.shape
     warnings = [*photograph.warnings, SheetReason.ONE_WAY_ONLY(what="a ruler")]
     if not sd:
-        warnings.append(Reason.DIVISION_TREATED_AS_EXACT())
+        warnings.append(Reason.TREATED_AS_EXACT(names="ruler"))
     middle = (np.array(shape[::-1]) - 1) / 2
     sideways = np.array([-strip.normal[1], strip.normal[0]])
     marks = [

@@ -58,7 +58,10 @@ def priors(texts: list[str]) -> dict[str, tuple[float, float | str]]:
             raise ValueError(f"--prior {text!r}: give NAME=VALUE:SD, such as distortion=0:0.02")
         if name in stated:
             raise ValueError(f"--prior names {name} twice; give it once")
-        stated[name] = quantities.number(value), quantities.number_sd(sd)
+        try:
+            stated[name] = quantities.number(value), quantities.number_sd(sd)
+        except ValueError as error:
+            raise ValueError(f"--prior {text!r}: {error}") from None
     return stated
 
 

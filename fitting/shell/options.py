@@ -205,9 +205,7 @@ MODEL_OPTIONS = {
     ],
     "axis_sd": Annotated[
         float | None,
-        typer.Option(
-            metavar="PIXELS", help="Standard deviation of that, each way.", show_default="1.5 % of half a diagonal"
-        ),
+        option(quantities.number, "PIXELS", "Standard deviation of that, each way.", "1.5 % of half a diagonal"),
     ],
     "view_angle": Annotated[
         float | None,

@@ -22,7 +22,7 @@ def run(photo: Path | None, options: dict, outputs: Outputs) -> int:
         outputs.check(())
         return outputs.write(fitting.scale(**options))
     if not photo.is_file():
-        raise FileNotFoundError(f"{photo} is not a file; give the path of a photograph of a grid")
+        raise FileNotFoundError(f"{photo} is not a file; give the path of a photograph of a grid, a ruler or a disc")
     if "points" in options:
         raise ValueError("two points and their distance need no photograph; leave it out, or give --division")
     outputs.check((photo,))

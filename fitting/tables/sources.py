@@ -112,7 +112,7 @@ def text_of(content: bytes, name: str, encoding: str | None = None) -> tuple[str
             if not _NO_TEXT.search(text) and (best is None or words > best[0]):
                 best = (words, text, candidate)
     if best is None:
-        raise ValueError(f"{name} is no text; give a table of ring readings (CSV with a header)")
+        raise ValueError(f"{name} is no text; give a table of readings (CSV with a header)")
     return best[1], best[2]
 
 

@@ -81,7 +81,10 @@ def wedge(
     of_length = (absolute_sd("length", length_sd, length) or 0.0) / (length or 1.0)
     read = readings(table, columns, separator=separator, encoding=encoding, vernier=vernier)
     if not read.is_wedge or read.unit == "px":
-        raise ValueError(f"{read.column} gives no positions of fringes; give a column position_mm (or um, cm, m)")
+        raise ValueError(
+            f"the table's {read.column} gives no positions of fringes; give a column position_mm (or um, cm, m); "
+            "sizes of rings are measured by newtonjax rings"
+        )
     model = {
         "table": read.understood,
         "fringes": f"straight, {len(read.order)} readings of {read.column}",

@@ -24,6 +24,7 @@ def test_a_ruler_says_one_way_only_and_its_own_deviation_counts():
     image, distance = ruler(3)
     exact, uncertain = (fitting.scale(image, ruler=distance, ruler_sd=sd, transfer="linear") for sd in (None, "1%"))
     assert "ONE_WAY_ONLY" in exact.warning_codes
+    assert any("given for ruler" in text for text in exact.warnings)
     assert uncertain.pixel_size_sd == pytest.approx(np.hypot(exact.pixel_size_sd, 0.01 * exact.pixel_size))
     assert exact.pixel_size_sd < 0.005 * SIZE
     assert exact.lines[0] >= 8
@@ -36,6 +37,8 @@ def test_what_is_no_ruler_and_no_disc_is_refused():
     assert fitting.scale(noise, disc_diameter=1e-3).status == "refused"
     with pytest.raises(ValueError, match="give one of division, ruler and disc_diameter"):
         fitting.scale(noise, ruler=1e-3, division=1e-3)
+    with pytest.raises(ValueError, match="ruler_sd does not belong to division"):
+        fitting.scale(noise, division=1e-3, ruler_sd=1e-6)
 
 
 def test_the_verb_measures_a_ruler_for_scale_from(tmp_path, capsys):
