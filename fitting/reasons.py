@@ -52,9 +52,7 @@ class Reason(Wording):
         "wavelength and pixel size imply a lens radius of {radius:.3g} m, but the rings extend to {reach:.3g} m; check "
         "the units"
     )
-    STRAIGHT_FIT_WAVE = (
-        "the fringes are straight (they explain {straight:.0%} of the power): newtonjax wedge measures them"
-    )
+    STRAIGHT_FIT_WAVE = "the fringes are straight, with {straight:.0%} of the power: newtonjax wedge measures them"
     STRAIGHT_FIT_BEND = (
         "the fringes are straight: across {orders:.2g} fringes they bend by {bend:.2g} fringe spacings; a radius needs "
         "curved ones; newtonjax wedge measures straight ones, newtonjax scale a ruler"
@@ -137,6 +135,7 @@ class Reason(Wording):
         "the rings are elliptic by {stretch:.2%}: a view at {angle:.1f} degrees, or a lens with two radii {apart:.2%} "
         "apart, whose mean curvature is that of a radius {share:.2%} smaller; both make one picture: view_angle decides"
     )
+    RIVAL_ANOTHER_LAW = "no camera distorts by {value:+.0%} at half a diagonal: rings of another law than a sphere's"
     RIVAL_PRIOR_TENSION = (
         "{name} is {value:.2g}, {ratio:.1f} prior sd from {centre:g} ± {sd:.2g}: {share:.2%} of the scale; cut "
         "(axis_px)? A picture of a grid (--scale-from), the lens turned, or a prior of your own would tell"

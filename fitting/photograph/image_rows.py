@@ -9,11 +9,11 @@ from fitting.model import AXIS_ROW, LEAVING_OUT, PARTS, numbers_of
 from fitting.parameters import Numbers, Quantities, block_of
 from fitting.photograph.averaging import Averaging
 from fitting.photograph.selection import Choice
-from fitting.photograph.uncertainty import halves_apart, of_assumptions, of_doublet
+from fitting.photograph.uncertainty import halves_apart, of_assumptions, of_blur, of_doublet
 
 # A law that a part leaves out counts up to so many standard deviations of the number that would tell it.
 _APART = 3.0
-# What is assumed of the bench stands in the budget from this share of all else on: less adds half a percent to the sum.
+# A blur and what is assumed of the bench stand in the budget from this share of all else on: less adds half a percent.
 _COUNTS = 0.1
 
 
@@ -21,8 +21,8 @@ def image_rows(choice: Choice, variance: float, known: Quantities) -> tuple[np.n
     """Covariance of all unknowns, and (source, deviation of the curvature) of all that is not a given quantity.
 
     Noise with the parts' numbers held; then what each part's own numbers add; what these leave out; rival models
-    that the image does not rule out; sodium's second line; what halves of the field differ by beyond their noise; and
-    what the model takes for granted of the bench, where that counts.
+    that the image does not rule out; sodium's second line; what halves of the field differ by beyond their noise;
+    and what a blur, and what the model takes for granted of the bench, do where that counts.
     """
     fit, averaging = choice.found, choice.averaging
     numbers, present = Numbers(*fit.numbers), fit.parts
@@ -47,7 +47,8 @@ def image_rows(choice: Choice, variance: float, known: Quantities) -> tuple[np.n
     }
     rows += [(name, row) for name, row in beside.items() if row > 0]
     size = _COUNTS * np.linalg.norm([row for _, row in rows])
-    return covariance, rows + [(name, row) for name, row in of_assumptions(fit, known) if row > size]
+    further = [("blur", of_blur(fit)), *of_assumptions(fit, known)]
+    return covariance, rows + [(name, row) for name, row in further if row > size]
 
 
 def _rows_of_parts(fit: Fitted, variance: float) -> list[tuple[str, float]]:

@@ -52,7 +52,7 @@ class Remainder:
         self.structure = float(np.sqrt(excess / max(float(np.mean(self.swing**2, where=self.used)), 1e-300)))
         curvature = float(Numbers(*fit.numbers).curvature)
         self.first = abs(curvature) if fit.model.holds_turns else 1 + curvature
-        self.scale, centre = _paraboloid(fit)
+        self.scale, centre = paraboloid(fit)
         self.nodes = tuple((at - c) / fit.model.frame.unit for at, c in zip(grid.nodes, centre, strict=True))
         self.tiles = self._tiles()
 
@@ -81,7 +81,7 @@ class Remainder:
         return Tiles(c - 1j * s, np.where(lit, explained, 0.0), lit)
 
 
-def _paraboloid(fit: Fitted) -> tuple[float, tuple[float, float]]:
+def paraboloid(fit: Fitted) -> tuple[float, tuple[float, float]]:
     """Scale and centre (x, y) [px] of the r² fringes that are nearest to the fit's phase at the grid's nodes."""
     x, y = fit.reduced.grid.nodes
     middle, unit = (float(x.mean()), float(y.mean())), float(np.ptp(x))

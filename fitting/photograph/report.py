@@ -10,6 +10,7 @@ from fitting.photograph.ring_radii import KINDS
 _ADVICE = {
     "noise": "more light, more frames, or a mask over what is not rings",
     "sodium's two lines": "fewer rings, or a laser",
+    "blur": "sharpen the focus, and hold camera and lens still",
     "glass looked through": "give the bench as a scene, with the index and thickness of its glass",
     "whole waves of the gap": "hold the gap where it is known (fixed gap)",
     "light behind few fringes": "more rings in the picture, or more even light",

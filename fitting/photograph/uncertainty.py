@@ -17,6 +17,7 @@ from fitting.model import (
     numbers_of,
 )
 from fitting.parameters import NUMBERS, Numbers, Quantities
+from fitting.photograph.remainder import paraboloid
 from newtonjax.benches import ARGUMENTS
 
 # A difference between two halves of the field beyond so many standard deviations is the model's, not the noise's.
@@ -27,6 +28,10 @@ _ROUNDING = 1e-7
 _SODIUM, _LINES = 589.294e-9, 0.597e-9
 # A visibility that falls by less tells nothing, and moves no radius.
 _FADING = 0.003
+# Nodes that a visibility is told from; below this share of the largest one it is its polynomial's error.
+_FEWEST_NODES, _FAINT = 10, 0.05
+# Half of (kurtosis - 1) of a disc out of focus along a line.
+_OF_DISC = 0.5
 # What is assumed of it: arguments of the ready bench, and standard deviations of these. The index of the glass that is
 # looked through (fused silica has 1.46, heavy flint 1.7), its thickness, as a share, and the whole waves of a gap that
 # dust holds open [m]: the root mean square of 0 to 5 um.
@@ -88,6 +93,41 @@ def of_doublet(fit: Fitted, wavelength: float | None) -> float:
 
 def _faded(fit: Fitted, wanted: np.ndarray) -> float:
     """How much of a visibility's fall, given at the nodes, the fringes show: 0 to 1."""
+    used, visibility = _visibility(fit)
+    if used.sum() < _FEWEST_NODES or np.ptp(wanted[used]) < _FADING:
+        return 0.0
+    fall = wanted[used] - wanted[used].mean()
+    return float(np.clip((fall @ visibility) / (fall @ fall) / visibility.max(), 0.0, 1.0))
+
+
+def of_blur(fit: Fitted) -> float:
+    """Change of the first number by a blur or motion of the picture, as far as fringes fade where they are fine.
+
+    A kernel of second moments S [px²] makes visibility exp(-2π² g·S g) of fringes of frequency g = 2 k r, and moves
+    the phase of r² fringes of scale k by k tr S - 4π² c k |S g|² turns: the convolution to the lowest order that bends
+    them, with half of its kernel's kurtosis less one for c: 1 of a Gaussian, 0.5 of a disc out of focus, 0.4 of motion.
+    S is the least squares of the logarithm of visibility over background: an upper bound where anything else takes
+    contrast from fine fringes.
+    """
+    used, visibility = _visibility(fit)
+    if used.sum() < _FEWEST_NODES or not np.ptp(visibility) > _FADING:
+        return 0.0
+    scale, centre = paraboloid(fit)
+    frequency = 2 * scale * np.stack([at - c for at, c in zip(fit.reduced.grid.nodes, centre, strict=True)], axis=1)
+    x, y = frequency[used].T
+    design = np.stack([np.ones_like(x), x * x, 2 * x * y, y * y], axis=1)
+    logarithm = np.log(np.maximum(visibility, _FAINT * visibility.max()))
+    xx, xy, yy = np.linalg.lstsq(design, logarithm, rcond=None)[0][1:] / (-2 * np.pi**2)
+    squares, axes = np.linalg.eigh([[xx, xy], [xy, yy]])
+    # Contrast that rises along an axis is no blur's.
+    moments = (axes * np.maximum(squares, 0.0)) @ axes.T
+    bend = -4 * np.pi**2 * _OF_DISC * scale * np.square(frequency @ moments).sum(axis=1)
+    crossed = bends(fit.solution, bend[:, None])[0][:, 0]
+    return abs(float(Numbers(*fit.matrix.shift(crossed)).curvature))
+
+
+def _visibility(fit: Fitted) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes that are used and lit [nodes], and of these the fringes' half swing over the background."""
     grid, (x, y) = fit.reduced.grid, fit.reduced.grid.nodes
     rows, columns = (np.abs(at[:, None] - blocks).argmin(axis=1) for at, blocks in ((y, grid.y), (x, grid.x)))
     used = fit.left.weights[rows, columns] > 0
@@ -95,11 +135,7 @@ def _faded(fit: Fitted, wanted: np.ndarray) -> float:
     along_y, along_x = (chebvander(grid.scaled(at, axis), BACKGROUND) for axis, at in enumerate((y, x)))
     smooth = (along_y[:, low[:, 0]] * along_x[:, low[:, 1]]) @ fit.solution.point.background + fit.reduced.offset
     used &= smooth > 0.2 * np.max(smooth)
-    if used.sum() < 10 or np.ptp(wanted[used]) < _FADING:
-        return 0.0
-    seen = np.abs(fit.solution.point.modulus)[used] / smooth[used]
-    fall = wanted[used] - wanted[used].mean()
-    return float(np.clip((fall @ seen) / (fall @ fall) / seen.max(), 0.0, 1.0))
+    return used, np.abs(fit.solution.point.modulus)[used] / smooth[used]
 
 
 def halves_apart(fit: Fitted, variance: float) -> float:

@@ -8,6 +8,7 @@ from rings_data import WAVELENGTH
 
 import fitting
 import newtonjax as nj
+from experiments.truth.rival_pictures import picture
 
 # Pixels so large that the sphere's own law differs from r² by less than a millionth.
 GIVEN = {"wavelength": WAVELENGTH, "pixel_size": 2e-5}
@@ -42,6 +43,27 @@ def test_rings_with_noise_alone_have_no_rival(noise, seed):
     result, rivals = fired(noisy(0.5 + 0.4 * wave(), noise, seed))
     assert (result.status, rivals) == ("ok", {})
     assert abs(result.radius / RADIUS - 1) < 4 * result.radius_sd / RADIUS
+
+
+def moved(length):
+    """Rings that moved by so many pixels along x while the shutter was open."""
+    shifts = length * (np.arange(32) / 31 - 0.5)
+    return np.mean([0.5 + 0.4 * np.cos(2 * np.pi * ORDERS * polar((shift, 0.0))[0] ** 2) for shift in shifts], axis=0)
+
+
+@pytest.mark.parametrize("length", [7.0, 9.0])
+def test_what_motion_does_to_the_rings_is_a_row_as_large(length):
+    result, _ = fired(noisy(moved(length), 0.002))
+    rows = dict(result.budget)
+    error = abs(result.radius - RADIUS)
+    assert error > 4 * rows["noise"]
+    assert 0.5 < rows["blur"] / error < 2.0
+    assert "blur" not in dict(fired(noisy(0.5 + 0.4 * wave(), 0.002))[0].budget)
+
+
+def test_rings_in_the_fourth_power_of_the_radius_are_not_taken_for_distorted_ones():
+    result = fitting.fit(picture("fourth power", 5014).image, **GIVEN)
+    assert (result.status, result.reason) == ("refused", "RIVAL_ANOTHER_LAW")
 
 
 def spiral(orders, arms):
