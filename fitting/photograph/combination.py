@@ -132,7 +132,8 @@ def _spread(levels: _Levels) -> float:
         residual = values - _weights(covariance) @ values
         return float(residual @ np.linalg.solve(covariance, residual)) - (len(values) - 1)
 
-    most = float(np.square(values - values.mean()).sum())
+    # Chi-squared is at most a half there: of exact pictures it differs from 1 by no more than rounding at half of it.
+    most = 2 * float(np.square(values - values.mean()).sum())
     return optimize.root_scalar(beyond, bracket=(0.0, most)).root if beyond(0.0) > 0 else 0.0
 
 

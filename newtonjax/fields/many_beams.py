@@ -18,7 +18,8 @@ from jaxtyping import Complex, Float
 from newtonjax.numerics import as_complex, namespace
 from newtonjax.scene import FaceAmplitudes, Lines, Scene, face_amplitudes, itinerary, required_gap
 
-# Of traced numbers the number of harmonics that matter is not known: with widths so many are summed.
+# Of traced numbers the number of harmonics that matter is not known: with widths so many are summed. Two mirrors of
+# reflectance 0.8 then err by 7e-4 of the peak, of 0.9 by 3 %.
 _TRACED_HARMONICS = 32
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import fitting
+from fitting.photograph.combination import _Levels, _spread
 from fitting.photograph.joint import CAMERA_NUMBERS, Linear, View, joined, view_of
 from fitting.shell.cli import main
 
@@ -98,6 +99,12 @@ def test_numbers_that_their_prior_holds_scatter_with_all_their_freedom():
     # Each is one of its own standard deviations off the prior's middle, as chance has it: no reason to doubt any.
     views = [view_of_camera(side, 1.0, 1e6, 1.0, measured=4) for side in (1, -1)]
     np.testing.assert_allclose(joined(views).covariance, np.eye(2), rtol=1e-5)
+
+
+@pytest.mark.parametrize("apart", [0.002, 0.016, 0.037, 0.296])
+def test_two_exact_pictures_that_differ_have_all_their_spread(apart):
+    spread = _spread(_Levels(np.array([0.0, apart]), {"pictures": 1e-30 * np.eye(2)}))
+    assert spread == pytest.approx(apart**2 / 2, rel=1e-5)
 
 
 def test_pictures_of_one_lens_give_one_radius_with_the_spread_between_them():
