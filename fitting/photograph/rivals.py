@@ -3,13 +3,11 @@
 from collections.abc import Callable, Collection
 
 from fitting.estimate import FEW, Fitted
-from fitting.photograph.astray import Astray
 from fitting.photograph.form import Form
+from fitting.photograph.fringe_rivals import Astray, SecondSystem, Waveform
 from fitting.photograph.number_rivals import PriorTension, ViewOrForm
 from fitting.photograph.remainder import Remainder
 from fitting.photograph.rival import AbstractRival, Finding
-from fitting.photograph.second_system import SecondSystem
-from fitting.photograph.waveform import Waveform
 
 RIVALS: tuple[AbstractRival, ...] = (Astray(), Waveform(), SecondSystem(), Form(), ViewOrForm(), PriorTension())
 # What leaves less of the variance over was no photograph, and holds rounding.
