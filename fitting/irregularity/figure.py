@@ -45,6 +45,14 @@ def count_pixels(panels, factor: int) -> None:
             axis.set_major_formatter(lambda place, _: f"{factor * place:.0f}")
 
 
+def of_aperture(photograph: Photograph, pupil: Pupil) -> Figure:
+    """The picture with the aperture's rim."""
+    rows, columns = photograph.image.shape
+    figure = Figure(figsize=(8, 8 * rows / columns + 0.5), layout="constrained")
+    _draw_photograph(photograph, pupil, figure.subplots())
+    return figure
+
+
 def draw_fringes(photograph: Photograph, pupil: Pupil, form: np.ndarray, axes) -> None:
     """The photograph with the middles of the dark fringes as fitted, into matplotlib axes."""
     _draw_photograph(photograph, pupil, axes)

@@ -11,7 +11,7 @@ from fitting.irregularity.curvatures import QUADRATIC, Curvatures, curvatures
 from fitting.irregularity.disc import Pupil
 from fitting.irregularity.indications import indications
 from fitting.irregularity.maps import map_csv
-from fitting.parameters import AbstractResult, Origin, Parameter, common_from, output
+from fitting.parameters import AbstractMeasurement, Origin, Parameter, common_from, output, with_sd
 from fitting.photo import Photograph
 
 # Two-sided 95 % of a normal distribution.
@@ -35,7 +35,7 @@ NO_LENGTHS = Lengths()
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Form(AbstractResult):
+class Form(AbstractMeasurement):
     """The form of a surface against its reference, in a pupil.
 
     - `status`: "ok", "refused" or "not-converged" with a `message`.
@@ -120,6 +120,41 @@ class Form(AbstractResult):
         if self.curvatures is not None:
             rows |= _of_radii(self.curvatures, self.lengths.reference, self.sign is not None)
         return {name: Parameter(float(value), float(sd), False, name, unit) for name, (value, sd, unit) in rows.items()}
+
+    @property
+    def model(self) -> dict[str, str]:
+        """What was fitted; empty for a refusal."""
+        if self.coefficients is None:
+            return {}
+        sign = "open: power is shown positive" if self.sign is None else f"given by term {self.sign}"
+        terms = f"{len(self.coefficients)} Zernike terms, Noll's order, rms"
+        return {"form": f"{terms}, in fringe spacings", "sign": sign}
+
+    def headline(self) -> str:
+        """Power and irregularity of ISO 10110-5 in one line, or why there are none."""
+        if self.status != "ok" or not self.indications:
+            return super().headline()
+        words = (("power A", "A"), ("irregularity B", "B"))
+        return ", ".join(f"{word} = {with_sd(*self.indications[name])}" for word, name in words) + " fringe spacings"
+
+    def budgets(self) -> dict[str, list[tuple[str, float]]]:
+        """Those of power, astigmatism and irregularity."""
+        names = next(iter(self.budget.values()), {})
+        rows = {name: [(source, row[name]) for source, row in self.budget.items()] for name in names}
+        return {f"{name}, rms [fringe spacings]": row for name, row in rows.items()}
+
+    def tried_figure(self) -> Any:
+        """The picture with the aperture in which fringes were looked for; None without one."""
+        from fitting.irregularity import figure
+
+        if self.photograph is None or self.pupil is None:
+            return None
+        return figure.of_aperture(self.photograph, self.pupil.reduced(self.reading))
+
+    def checks(self) -> list[tuple[str, str]]:
+        """Forms that explain the picture as well."""
+        rows = [", ".join(f"{value:.3g}" for value in rival) for rival in self.rivals]
+        return [(f"other form {number}", f"terms {row}") for number, row in enumerate(rows, 1)]
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON object of the shell; heights are in fringe spacings, `nm_per_fringe` makes them nanometres."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fitting.irregularity.disc import Pupil
-from fitting.parameters import AbstractResult, Origin, Parameter, common_from, parameters_from, rounded, with_sd
+from fitting.parameters import AbstractMeasurement, Origin, Parameter, common_from, parameters_from, rounded, with_sd
 from fitting.photo import Photograph
 
 # Attributes with a standard deviation by their units, in the order of the report; those that have an interval.
@@ -25,7 +25,7 @@ def _key(name: str, part: str = "") -> str:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class WedgePhoto(AbstractResult):
+class WedgePhoto(AbstractMeasurement):
     """The outcome of `fitting.wedge_photo`. Lengths in metres, angles in radians; None is what is not determined.
 
     - `status`: "ok", "no-scale" where the spacing in pixels is the answer, "refused", or "not-converged".
@@ -145,8 +145,12 @@ class WedgePhoto(AbstractResult):
         """The answer in one line, or why there is none."""
         value, sd = getattr(self, self.measured), getattr(self, f"{self.measured}_sd")
         if value is None:
-            return f"{self.status}: {self.message}"
+            return super().headline()
         return f"{_words(self.measured)} = {with_sd(value, sd, UNITS[self.measured])}"
+
+    def budgets(self) -> dict[str, list[tuple[str, float]]]:
+        """The budget of the answer, relative to it."""
+        return {f"{_words(self.measured)}, relative": self.budget} if self.budget else {}
 
     def report(self) -> str:
         """The result as text: the answers, their budget, what the fringes are."""

@@ -16,6 +16,7 @@ from fitting.parameters.deviations import check_not_free as check_not_free
 from fitting.parameters.deviations import relative_or_absolute_sd as relative_or_absolute_sd
 from fitting.parameters.digits import rounded as rounded
 from fitting.parameters.digits import with_sd as with_sd
+from fitting.parameters.digits import with_unit as with_unit
 from fitting.parameters.free import free_names as free_names
 from fitting.parameters.free import target_first as target_first
 from fitting.parameters.fringe_scale import EXPONENTS as EXPONENTS
@@ -31,7 +32,9 @@ from fitting.parameters.fringe_scale import lensless as lensless
 from fitting.parameters.fringe_scale import number as number
 from fitting.parameters.fringe_scale import quantities as quantities
 from fitting.parameters.fringe_scale import read_sd as read_sd
+from fitting.parameters.html import Source as Source
 from fitting.parameters.html import page as page
+from fitting.parameters.measurement import AbstractMeasurement as AbstractMeasurement
 from fitting.parameters.parameter import Parameter as Parameter
 from fitting.parameters.parameter import parameters_from as parameters_from
 from fitting.parameters.result import AbstractResult as AbstractResult

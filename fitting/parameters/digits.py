@@ -18,6 +18,11 @@ def with_sd(value: float, sd: float | None, unit: str = "") -> str:
     return f"{rounded(value, sd)}{deviation} {unit}".rstrip()
 
 
+def with_unit(name: str, unit: str) -> str:
+    """A quantity's name with its unit: "radius [m]"."""
+    return f"{name} [{unit}]" if unit else name
+
+
 def _order(value: float) -> int:
     return math.floor(math.log10(abs(value)))
 

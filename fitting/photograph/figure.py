@@ -36,13 +36,22 @@ def of_picture(picture: Picture | DrawnPicture, centre: tuple[float, float], tit
     return figure
 
 
-def draw_photograph(picture: Picture | DrawnPicture, centre: tuple[float, float], axes) -> tuple[float, float]:
+def of_trial(picture: Picture | DrawnPicture) -> Figure:
+    """The photograph with the dark rings of a fit that gave no answer."""
+    rows, columns = picture.photograph.image.shape
+    figure = Figure(figsize=(8, 8 * rows / columns + 0.5), layout="constrained")
+    draw_photograph(picture, None, figure.subplots())
+    return figure
+
+
+def draw_photograph(picture: Picture | DrawnPicture, centre: tuple[float, float] | None, axes) -> tuple[float, float]:
     """The photograph and the fitted dark rings into matplotlib axes; the intensities that are black and white."""
     image = picture.photograph.image
     low, high = np.nanpercentile(np.where(picture.weights > 0, image, np.nan), [1, 99])
     axes.imshow(image, cmap="gray", vmin=low, vmax=high)
     _draw_rings(axes, picture.phase, picture.weights)
-    axes.plot(*centre, "+", color="tab:red", markersize=12, clip_on=True)
+    if centre is not None:
+        axes.plot(*centre, "+", color="tab:red", markersize=12, clip_on=True)
     _limits(axes, image.shape)
     axes.set_title("photograph, fitted dark rings in red")
     return float(low), float(high)

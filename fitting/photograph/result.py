@@ -8,11 +8,12 @@ import numpy as np
 
 from fitting.parameters import (
     TABLE,
-    AbstractResult,
+    AbstractMeasurement,
     Origin,
     Parameter,
     common_from,
     parameters_from,
+    with_unit,
 )
 from fitting.photograph.evidence import Evidence
 from fitting.photograph.picture import DrawnPicture, Picture
@@ -23,7 +24,7 @@ from newtonjax.numerics import require_choice
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class FitResult(AbstractResult):
+class FitResult(AbstractMeasurement):
     """The outcome of `fitting.fit`. Lengths in metres; `None` is what the data do not give.
 
     - `status`: "ok", "no-scale" (rings, but a quantity is missing for a radius), "refused" or "not-converged";
@@ -126,6 +127,23 @@ class FitResult(AbstractResult):
         return ax.figure
 
     headline, dominant, report = headline_of, dominant_of, report_of
+
+    def budgets(self) -> dict[str, list[tuple[str, float]]]:
+        """The budget of what is measured."""
+        return {with_unit(self.measured, TABLE[self.measured].unit): self.budget} if self.budget else {}
+
+    def tried_figure(self) -> Any:
+        """The photograph with the rings of the fit that was refused; None without such a fit."""
+        from fitting.photograph import figure
+
+        return None if self.picture is None else figure.of_trial(self.picture)
+
+    def checks(self) -> list[tuple[str, str]]:
+        """The rivals of the rings, each with its statistic and limit."""
+        return [
+            (finding.rival, f"{finding.value:.3g}, limit {finding.limit:.3g}: {finding.words}")
+            for finding in self.rivals
+        ]
 
     def _title(self) -> str:
         if self.status == "ok":

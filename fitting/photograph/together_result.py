@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fitting.parameters import TABLE, AbstractResult, Origin, common_from, interval, with_sd
+from fitting.parameters import TABLE, AbstractMeasurement, Origin, Parameter, common_from, interval, with_sd, with_unit
 from fitting.photograph.result import FitResult
 
 
@@ -28,7 +28,7 @@ class PictureRow(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Together(AbstractResult):
+class Together(AbstractMeasurement):
     """The outcome of `fitting.fit_together` and `fitting.ratio`, in SI units.
 
     - `status`: "ok", "no-scale" (ratios alone), or "refused" where fewer than two pictures can be used.
@@ -65,6 +65,43 @@ class Together(AbstractResult):
     def ratio_interval(self) -> tuple[float, float] | None:
         """95 % of the ratio of the second picture to the first."""
         return interval(self.ratio, self.ratio_sd) if self.ratio and self.ratio_sd else None
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """The number of all, the ratio, each picture's number, and the camera's; empty for a refusal."""
+        unit = TABLE[self.measured].unit
+        rows = {self.measured: (self.value, self.sd, unit), "ratio": (self.ratio, self.ratio_sd, "")}
+        rows |= {f"{self.measured} of {row.name}": (row.value, row.sd, unit) for row in self.members}
+        rows |= {f"ratio of {row.name}": (row.ratio, row.ratio_sd, "") for row in self.members[1:]}
+        rows |= {f"{name}, shared": (value, sd, "") for name, (value, sd) in self.shared.items()}
+        return {
+            name: Parameter(value, sd, False, name, unit)
+            for name, (value, sd, unit) in rows.items()
+            if value is not None
+        }
+
+    @property
+    def model(self) -> dict[str, str]:
+        """The parts of each picture's own fit, and why."""
+        names = [member.name for member in self.members]
+        fits = dict(zip(names, self.fits, strict=False)) if len(names) == len(self.fits) else {}
+        return {f"{part}, {name}": why for name, fit in fits.items() for part, why in fit.model.items()}
+
+    def headline(self) -> str:
+        """The number of all, else the ratio, in one line, or why there is none."""
+        if self.status != "refused" and self.value is not None:
+            return f"{self._name()} of all = {with_sd(self.value, self.sd, TABLE[self.measured].unit)}"
+        if self.status != "refused" and self.ratio is not None:
+            return f"ratio, second over first = {with_sd(self.ratio, self.ratio_sd)}"
+        return super().headline()
+
+    def budgets(self) -> dict[str, list[tuple[str, float]]]:
+        """The budget of the number of all, or of the ratio."""
+        of_all = with_unit(self._name(), TABLE[self.measured].unit)
+        return {"ratio" if self.value is None else of_all: self.budget} if self.budget else {}
+
+    def _name(self) -> str:
+        return self.measured.replace("_", " ")
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON object of the shell: units in the keys, null for what is not determined."""

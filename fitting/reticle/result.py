@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.parameters import AbstractResult, Origin, Parameter, common_from, with_sd
+from fitting.parameters import AbstractMeasurement, Origin, Parameter, common_from, with_sd
 from fitting.photo import Photograph
 from fitting.reticle.grid import Grid
 
@@ -45,7 +45,7 @@ _LATER = (
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Scale(AbstractResult):
+class Scale(AbstractMeasurement):
     """What a photograph of a grid, a ruler or a disc says of the pixels, in metres on the object.
 
     - `status`: "ok", or "refused" with a `message`.
@@ -99,6 +99,42 @@ class Scale(AbstractResult):
             for name, (unit, value, sd) in rows.items()
             if value is not None
         }
+
+    @property
+    def budget(self) -> list[tuple[str, float]]:
+        """Source and standard deviation of the pixel size [m]: what was given, and the picture; empty for a refusal."""
+        if self.pixel_size is None or not self.pixel_size_sd:
+            return []
+        total, sizes = self.pixel_size_sd, (("division", self.division), ("diameter", self.diameter))
+        rows = [
+            (name, self.pixel_size * sd / size) for name, size in sizes if size and (sd := getattr(self, f"{name}_sd"))
+        ]
+        stated = sum(sd**2 for _, sd in rows)
+        source = "picture" if self.division or self.diameter else "two points and their distance"
+        return [*rows, (source, float(np.sqrt(max(total**2 - stated, 0.0))))]
+
+    @property
+    def model(self) -> dict[str, str]:
+        """What was taken for measured; empty for a refusal."""
+        if self.pixel_size is None:
+            return {}
+        if self.diameter is not None:
+            return {"disc": "an ellipse with a blurred edge"}
+        if self.lines is None:
+            return {"points": "two places and their distance; pixels taken for square"}
+        if not self.lines[1]:
+            return {"ruler": f"{self.lines[0]:.0f} divisions one way, with a distortion; pixels taken for square"}
+        return {"grid": f"{self.lines[0]:.0f} and {self.lines[1]:.0f} divisions, with stretch, shear and a distortion"}
+
+    def headline(self) -> str:
+        """The pixel size in one line, or why there is none."""
+        if self.status != "ok" or self.pixel_size is None:
+            return super().headline()
+        return f"pixel size = {with_sd(self.pixel_size, self.pixel_size_sd, 'm')} on the object"
+
+    def budgets(self) -> dict[str, list[tuple[str, float]]]:
+        """The budget of the pixel size."""
+        return {"pixel size [m]": self.budget} if self.budget else {}
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON object of the shell, which `fit --scale-from` reads: units in the keys."""

@@ -2,24 +2,30 @@
 
 import io
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from fitting.parameters import output
+from fitting.shell import report_page
+from fitting.shell.report_page import Measured
 
 _EXIT = {"ok": 0, "no-scale": 0, "refused": 3, "not-converged": 4}
-_NAMES = {"picture": "result.png", "report": "report.txt", "json": "result.json"}
+_NAMES = {"picture": "result.png", "report": "report.txt", "json": "result.json", "page": "report.html"}
 
 
 class Extras(NamedTuple):
-    """What a verb adds: keys of the answer, text after the report, files of the folder made from the picture."""
+    """What a verb adds: keys of the answer, text after the report, files of the folder where there is an answer.
+
+    `titles`: of those files that are pictures for the page.
+    """
 
     answer: Mapping[str, Any] = MappingProxyType({})
     text: str = ""
-    files: Callable[[bytes], dict[str, bytes | str]] | None = None
+    files: Callable[[], Mapping[str, bytes | str]] | None = None
+    titles: Mapping[str, str] = MappingProxyType({})
 
 
 class Outputs(NamedTuple):
@@ -46,10 +52,13 @@ class Outputs(NamedTuple):
             output.make_folder(self.folder)
         output.check_free([*self.in_folder().values(), *filter(None, [self._json_path()])], self.force, keep=keep)
 
-    def write(self, result, extras: Extras | None = None, picture_bytes: bytes = b"") -> int:
+    def write(
+        self, result, measured: Sequence[Measured], extras: Extras | None = None, picture_bytes: bytes = b""
+    ) -> int:
         """Print the report, or why there is no answer, and write the files that were asked for; the exit status.
 
-        `extras`: more for the answer, for the text, and for the folder; `drawn`: the picture, if it is drawn already.
+        `measured`: the files; `extras`: more for the answer, for the text, and for the folder; `picture_bytes`: the
+        picture, if it is drawn already.
         """
         status, extras = _EXIT[result.status], extras or Extras()
         answer, text = _texts(result, extras)
@@ -61,11 +70,25 @@ class Outputs(NamedTuple):
             output.write(path, answer, self.force)
         if self.folder is not None:
             picture_bytes = self._write_result(result, answer, text, picture_bytes)
-            for name, content in (extras.files(picture_bytes) if extras.files and picture_bytes else {}).items():
-                output.write(self.in_folder()[name], content, self.force)
+            self._write_further(result, measured, extras, text, picture_bytes)
         if status:
             print(f"newtonjax: {result.status}: {' '.join(result.message.split())}", file=sys.stderr)
         return status
+
+    def _write_further(
+        self, result, measured: Sequence[Measured], extras: Extras, text: str, picture_bytes: bytes
+    ) -> None:
+        """The verb's own files where there is a picture, and the page."""
+        files = extras.files() if extras.files and picture_bytes else {}
+        for name, content in files.items():
+            output.write(self.in_folder()[name], content, self.force)
+        pictures = {"Result": picture_bytes}
+        pictures |= {title: png for name, title in extras.titles.items() if isinstance(png := files.get(name), bytes)}
+        if not picture_bytes:
+            figures = report_page.figures_of_refusal(result, measured)
+            pictures = {title: as_png(figure) for title, figure in figures.items()}
+        page = report_page.page_of(result, measured, pictures, text)
+        output.write(self.in_folder()["page"], page, self.force)
 
     def keep(self, result) -> bytes:
         """Write to the folder what is complete before longer work starts; the picture, empty without one."""

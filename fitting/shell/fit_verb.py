@@ -18,9 +18,12 @@ from fitting.shell.answer import Extras, Outputs, as_png
 from fitting.shell.lamps import Wavelength
 from fitting.shell.options import MODEL_OPTIONS
 from fitting.shell.progress import progress
+from fitting.shell.report_page import photograph
 
 # Files that `newtonjax rings` reads, by the kind of their rings.
 _RING_TABLES = {"dark": "dark_rings.csv", "bright": "bright_rings.csv"}
+# Pictures of a chain, by their titles in the page.
+_OF_CHAIN = {"corner.png": "Posterior", "trace.png": "Chain"}
 
 
 class FitOptions(NamedTuple):
@@ -66,23 +69,24 @@ def model_of(values: dict[str, Any]) -> dict[str, Any]:
 
 def run(photo: Path, options: FitOptions, outputs: Outputs) -> int:
     """Fit, report, write; the exit status."""
-    pictures = ("corner.png", "trace.png") if options.mcmc else ()
-    outputs = outputs._replace(more=("report.html", *_RING_TABLES.values(), *pictures))
+    pictures = tuple(_OF_CHAIN) if options.mcmc else ()
+    outputs = outputs._replace(more=(*_RING_TABLES.values(), *pictures))
     _check(photo, options, outputs)
     session.prepare()
     arguments = arguments_of(options)
+    measured = [photograph(photo, arguments)]
     with progress(f"fitting {photo.name}"):
         result = fitting.fit(photo, **arguments)
     if not options.mcmc or result.evidence is None:
         advice = _scale_advice(photo, options) if result.status == "no-scale" else ""
-        return outputs.write(result, Extras(text=advice, files=partial(_files, result, photo, None)))
+        return outputs.write(result, measured, Extras(text=advice, files=partial(ring_tables, result)))
     picture = outputs.keep(result)
     chain = _chain(result, outputs)
     outputs = outputs._replace(force=True)  # of what is there now the files of this run are replaced
     # The draws are in the chain's own file.
     posterior = {key: value for key, value in chain.to_dict().items() if key not in ("draws", "log_prob")}
-    extras = Extras({"posterior": posterior}, "\n" + chain.report(), partial(_files, result, photo, chain))
-    return outputs.write(result, extras, picture)
+    extras = Extras({"posterior": posterior}, "\n" + chain.report(), partial(_files, result, chain), _OF_CHAIN)
+    return outputs.write(result, measured, extras, picture)
 
 
 def _chain(result, outputs: Outputs):
@@ -106,21 +110,14 @@ def _chain(result, outputs: Outputs):
         return fitting.sample(result, path=file, progress=True)
 
 
-def _files(result, photo: Path, chain, picture: bytes) -> dict[str, bytes | str]:
-    command = " ".join(["newtonjax", *map(shlex.quote, sys.argv[1:])])
-    return files_of(result, photo, command, picture, chain)
+def _files(result, chain) -> dict[str, bytes | str]:
+    drawings = {"corner.png": as_png(chain.figure()), "trace.png": as_png(chain.trace_figure())}
+    return {**drawings, **ring_tables(result)}
 
 
-def files_of(result, photo: Path, command: str, picture: bytes, chain=None) -> dict[str, bytes | str]:
-    """What a folder gets beside picture, report and JSON, by name; `command` is what the page says was run."""
-    from fitting.parameters import page
-
-    pictures, added = {"Photograph and fit": picture}, {}
-    if chain is not None:
-        added = {"corner.png": as_png(chain.figure()), "trace.png": as_png(chain.trace_figure())}
-        pictures |= {"Posterior": added["corner.png"], "Chain": added["trace.png"]}
-    tables = {name: _csv(result.ring_table(kind)) for kind, name in _RING_TABLES.items() if result.rings}
-    return {**added, **tables, "report.html": page(result, photo, command, pictures, chain)}
+def ring_tables(result) -> dict[str, str]:
+    """Radii of the rings by order as CSV, by the name of the file; empty without rings."""
+    return {name: _csv(result.ring_table(kind)) for kind, name in _RING_TABLES.items() if result.rings}
 
 
 def _scale_advice(photo: Path, options: FitOptions) -> str:
@@ -154,13 +151,13 @@ def demo(folder: Path, force: bool) -> int:
     """Fit the sample and compare with its truth; the exit status."""
     data = files("fitting") / "data"
     sample = tomllib.loads((data / "sample.toml").read_text(encoding="utf-8"))
-    outputs = Outputs(folder=folder, force=force, more=("report.html", *_RING_TABLES.values()))
+    outputs = Outputs(folder=folder, force=force, more=tuple(_RING_TABLES.values()))
     with as_file(data / "sample.png") as photo:
         _check(photo, FitOptions(), outputs)
         session.prepare()
         with progress("fitting the sample"):
             result = fitting.fit(photo, **sample["given"])
-        status = outputs.write(result, Extras(files=partial(_files, result, photo, None)))
+        status = outputs.write(result, [photograph(photo, {})], Extras(files=partial(ring_tables, result)))
     print(_comparison(result, sample["truth"]["radius"]))
     print(f"picture: {outputs.in_folder()['picture']}")
     return status

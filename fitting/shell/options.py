@@ -135,7 +135,10 @@ View = Annotated[
 ]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite existing files.")]
 OutputDir = Annotated[
-    Path | None, typer.Option(metavar="FOLDER", help="Folder for the picture, the report and the answer.")
+    Path | None,
+    typer.Option(
+        metavar="FOLDER", help="Folder for the picture, the report (of a measurement also report.html) and the answer."
+    ),
 ]
 Json = Annotated[str | None, typer.Option("--json", metavar="FILE|-", help="Write the answer as JSON (- is stdout).")]
 Transfer = Annotated[

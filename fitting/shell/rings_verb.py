@@ -8,16 +8,15 @@ from pathlib import Path
 
 import fitting
 from fitting.shell.answer import Outputs
+from fitting.shell.report_page import STANDARD_INPUT, Measured
 from fitting.tables import text_of
-
-STANDARD_INPUT = Path("-")
 
 
 def run(table: Path, options: dict, outputs: Outputs) -> int:
     """Fit the line, report, write; the exit status."""
     source = source_of(table, options["encoding"])
     outputs.check((table,))
-    return outputs.write(fitting.rings(source, **options))
+    return outputs.write(fitting.rings(source, **options), [Measured(table)])
 
 
 def run_all(tables: Sequence[Path], options: dict, of: str, outputs: Outputs) -> int:
@@ -27,7 +26,7 @@ def run_all(tables: Sequence[Path], options: dict, of: str, outputs: Outputs) ->
     results = [fitting.rings(source, **options) for source in sources]
     names = [table.name for table in tables]
     result = fitting.compare(results, of, names=names)
-    return outputs.write(replace(result, origin=results[0].origin))
+    return outputs.write(replace(result, origin=results[0].origin), [Measured(table) for table in tables])
 
 
 def run_compare(files: Sequence[Path], of: str, outputs: Outputs) -> int:
@@ -39,7 +38,8 @@ def run_compare(files: Sequence[Path], of: str, outputs: Outputs) -> int:
             raise FileNotFoundError(f"{file} is not a file; give the JSON of a result of fit or rings")
         kind = fitting.FitResult if b'"FitResult"' in file.read_bytes() else fitting.RingsResult
         results.append(kind.load(file))
-    return outputs.write(fitting.compare(results, of, names=[file.name for file in files]))
+    result = fitting.compare(results, of, names=[file.name for file in files])
+    return outputs.write(result, [Measured(file) for file in files])
 
 
 def source_of(table: Path, encoding: str | None) -> Path | str:

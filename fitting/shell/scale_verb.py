@@ -5,6 +5,7 @@ from pathlib import Path
 import fitting
 from fitting.shell.answer import Outputs
 from fitting.shell.progress import progress
+from fitting.shell.report_page import photograph
 
 # Sizes of what is in a photograph; one of them is given.
 _SIZES = ("division", "ruler", "disc_diameter")
@@ -20,7 +21,7 @@ def run(photo: Path | None, options: dict, outputs: Outputs) -> int:
         if outputs.folder is not None:
             raise ValueError("--output-dir is for a photograph of a grid; give --json for the scale of two points")
         outputs.check(())
-        return outputs.write(fitting.scale(**options))
+        return outputs.write(fitting.scale(**options), [])
     if not photo.is_file():
         raise FileNotFoundError(f"{photo} is not a file; give the path of a photograph of a grid, a ruler or a disc")
     if "points" in options:
@@ -28,7 +29,7 @@ def run(photo: Path | None, options: dict, outputs: Outputs) -> int:
     outputs.check((photo,))
     with progress(f"measuring {photo.name}"):
         result = fitting.scale(photo, **options)
-    return outputs.write(result)
+    return outputs.write(result, [photograph(photo, options)])
 
 
 def points_of(texts: list[str]) -> list[list[float]]:

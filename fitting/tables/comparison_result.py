@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from fitting.parameters import TABLE, AbstractResult, Origin, common_from, rounded, with_sd
+from fitting.parameters import TABLE, AbstractMeasurement, Origin, Parameter, common_from, rounded, with_sd, with_unit
 
 
 class Compared(NamedTuple):
@@ -18,7 +18,7 @@ class Compared(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Comparison(AbstractResult):
+class Comparison(AbstractMeasurement):
     """The outcome of `fitting.compare`, in SI units.
 
     - `of`: the quantity; `value`, `sd`, `interval` (95 %); `budget`: (source, standard deviation of the value).
@@ -35,6 +35,27 @@ class Comparison(AbstractResult):
     rows: list[Compared]
     warnings: list[str] = field(default_factory=list)
     origin: Origin | None = None
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """The quantity, and the same of each result by its name."""
+        unit = TABLE[self.of].unit
+        rows = [(self.of, self.value, self.sd)]
+        rows += [(f"{self.of} of {row.name}", row.value, row.sd) for row in self.rows]
+        return {name: Parameter(value, sd, False, name, unit) for name, value, sd in rows}
+
+    @property
+    def model(self) -> dict[str, str]:
+        """How the results are put together."""
+        return {"ratios": "over the first result; what all share cancels in them"}
+
+    def headline(self) -> str:
+        """The answer in one line."""
+        return f"{self.of.replace('_', ' ')} = {with_sd(self.value, self.sd, TABLE[self.of].unit)}"
+
+    def budgets(self) -> dict[str, list[tuple[str, float]]]:
+        """The budget of the quantity."""
+        return {with_unit(self.of.replace("_", " "), TABLE[self.of].unit): self.budget}
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON object of the shell: units in the keys."""

@@ -6,20 +6,21 @@ from typing import Any
 
 from fitting.parameters import (
     TABLE,
-    AbstractResult,
+    AbstractMeasurement,
     Origin,
     Parameter,
     common_from,
     parameters_from,
     rounded,
     with_sd,
+    with_unit,
 )
 from fitting.tables.bench import MEASURED
 from fitting.tables.ring import Ring
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class RingsResult(AbstractResult):
+class RingsResult(AbstractMeasurement):
     """The outcome of `fitting.rings`. Lengths in metres; `None` is what the readings do not give.
 
     - `status`: "ok", "no-scale" (radii in pixels without a pixel size) or "refused"; `message`: the reason.
@@ -150,6 +151,17 @@ class RingsResult(AbstractResult):
         value, value_sd, _ = self._answer()
         title = "" if value is None else f"{self._name()} {with_sd(value, value_sd, TABLE[self.measured].unit)}"
         return figure.of_rings(self.rings, self.unit, title)
+
+    def headline(self) -> str:
+        """The answer in one line, or why there is none."""
+        value, sd, _ = self._answer()
+        if self.status != "ok" or value is None:
+            return super().headline()
+        return f"{self._name()} = {with_sd(value, sd, TABLE[self.measured].unit)}"
+
+    def budgets(self) -> dict[str, list[tuple[str, float]]]:
+        """The budget of what is measured."""
+        return {with_unit(self._name(), TABLE[self.measured].unit): self.budget} if self.budget else {}
 
     def _answer(self) -> tuple[float | None, float | None, tuple[float, float] | None]:
         """What is measured: value, standard deviation, interval."""

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from fitting.parameters import AbstractResult, Origin, common_from, rounded, with_sd
+from fitting.parameters import AbstractMeasurement, Origin, Parameter, common_from, rounded, with_sd
 
 # Numbers of the result, by the unit in their keys.
 _UNITS = {"spacing": "m", "wedge_angle": "rad", "thickness": "m"}
@@ -20,7 +20,7 @@ class Fringe(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class WedgeResult(AbstractResult):
+class WedgeResult(AbstractMeasurement):
     """The outcome of `fitting.wedge`. Lengths in metres, the angle in radians; `None` is what is not determined.
 
     - `status`: "ok", or "refused" with a `message`.
@@ -44,6 +44,33 @@ class WedgeResult(AbstractResult):
     model: dict[str, str] = field(default_factory=dict)
     fringes: list[Fringe] = field(default_factory=list)
     origin: Origin | None = None
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """What was measured, by name; empty for a refusal."""
+        rows = {name: (getattr(self, name), getattr(self, f"{name}_sd"), unit) for name, unit in _UNITS.items()}
+        return {
+            name: Parameter(value, sd, False, name, unit)
+            for name, (value, sd, unit) in rows.items()
+            if value is not None
+        }
+
+    def headline(self) -> str:
+        """The thickness, or else the angle, in one line, or why there is none."""
+        name = "wedge_angle" if self.thickness is None else "thickness"
+        value, sd = getattr(self, name), getattr(self, f"{name}_sd")
+        if self.status != "ok" or value is None:
+            return super().headline()
+        return f"{name.replace('_', ' ')} = {with_sd(value, sd, _UNITS[name])}"
+
+    def budgets(self) -> dict[str, list[tuple[str, float]]]:
+        """The budget of the angle, relative to it; of a thickness with a row for the length."""
+        if not self.budget or self.thickness is None or self.wedge_angle is None:
+            return {"wedge angle, relative": self.budget} if self.budget else {}
+        total = (self.thickness_sd or 0.0) / self.thickness
+        of_angle = (self.wedge_angle_sd or 0.0) / self.wedge_angle
+        of_length = max(total**2 - of_angle**2, 0.0) ** 0.5
+        return {"thickness, relative": [*self.budget, ("length", of_length)]}
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON object of the shell: units in the keys, null for what is not determined."""

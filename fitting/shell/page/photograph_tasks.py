@@ -1,5 +1,6 @@
 """What the worker does with a photograph: look at it, and measure it."""
 
+import hashlib
 import tomllib
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
@@ -8,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import fitting
-from fitting.parameters import output, png
+from fitting.parameters import Source, output, page, png
 from fitting.shell import quantities
 from fitting.shell.answer import as_png
-from fitting.shell.fit_verb import files_of
+from fitting.shell.fit_verb import ring_tables
 from fitting.shell.page import pictures
 from fitting.shell.page.settings import MASK, SCALE, Settings
 from fitting.shell.scale_verb import points_of
@@ -76,9 +77,10 @@ def measure(
         return added
     picture = as_png(result.figure())
     command = "; ".join(settings.shell_lines(name))
-    drawings = files_of(result, Path(name), command, picture)
-    added |= {file: text.encode() if isinstance(text, str) else text for file, text in drawings.items()}
-    return {**added, "result.png": picture}
+    source = Source(name, hashlib.sha256(data).hexdigest())
+    report_page = page(result, [source], command, {"Result": picture}, text)
+    texts = {**ring_tables(result), "report.html": report_page}
+    return {**added, **{file: table.encode() for file, table in texts.items()}, "result.png": picture}
 
 
 def _answer(result: fitting.FitResult) -> dict[str, Any]:
