@@ -17,6 +17,8 @@ LEAST = 1.5e-3
 _LIKELY = 16.5
 # Standard deviations of a prior. Of numbers that are drawn from their priors one of 14 is beyond in 0.1 % of pictures.
 _LIMIT = 4.0
+# A relative change of the scale by such a prior from which on it is spoken of.
+_PULLED = 1e-4
 # No camera distorts by more at half a diagonal, unless a prior says so: of photographs through eyepieces 0.29 at most,
 # of rings in r⁴ that were answered 0.88.
 _MOST_DISTORTED = 0.6
@@ -50,7 +52,8 @@ class PriorTension(AbstractRival):
     """The number that is furthest from its prior's middle, in the prior's standard deviations.
 
     Such a prior pulls the answer without right. What the scale moves by when each of them is made as wide as its number
-    is far, one step on the fit's normal equations, is a row. Stretches are the matter of view or form. With a
+    is far, one step on the fit's normal equations, is a row; a pull that moves nothing is not spoken of: the image has
+    told the number. Stretches are the matter of view or form. With a
     distortion that no camera has there is no answer.
     """
 
@@ -70,6 +73,8 @@ class PriorTension(AbstractRival):
         centre, sd = expected[furthest]
         value = float(getattr(Numbers(*fit.numbers), furthest))
         deviation = _pull(fit, [name for name, size in distances.items() if size > _LIMIT]) / remainder.first
+        if deviation < _PULLED:
+            return None
         words = Reason.RIVAL_PRIOR_TENSION(
             name=furthest, value=value, ratio=distances[furthest], centre=centre, sd=sd, share=deviation
         )
