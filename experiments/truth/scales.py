@@ -1,9 +1,7 @@
-"""Claim: rulers and clipped discs give the pixel size within its interval.
+"""Claim: rulers, discs and rings give the pixel size within its interval.
 
-Made pictures: a ruler at any angle whose ticks have three lengths, beside empty glass, and a dot whose bright surround
-is clipped in a half of the pictures; blur of 0.6 to 3 pixels, uneven light, noise of 1 to 3 %, rulers behind a radial
-distortion of up to 3 %. With `--tilt` the discs are seen at a slant of up to 4 degrees: the standard deviation then
-holds half of the stretch, and covers more.
+The pictures are those of `scale_pictures`, of seeds that nothing was set on. A tilted disc's standard deviation holds
+half of its stretch, and covers more than 95 %.
 
     python -m experiments.truth.scales [--pictures 300] [--quick]
 """
@@ -11,56 +9,15 @@ holds half of the stretch, and covers more.
 import argparse
 
 import numpy as np
-from scipy import ndimage, special
 
 import fitting
 from experiments import records
+from experiments.truth.scale_pictures import SIZE, disc, ruler
 
-SIZE = 2e-6
-_SHAPE = (240, 320)
-
-
-def ruler(seed: int) -> tuple[np.ndarray, float]:
-    """A picture of a ruler, and the distance of its lines [m]."""
-    rng = np.random.default_rng((seed, 1))
-    period, angle, kappa = (
-        rng.uniform(9, 22),
-        rng.uniform(-0.5, 0.5) + rng.choice([0, np.pi / 2]),
-        rng.uniform(-0.03, 0.03),
-    )
-    y, x = np.mgrid[: _SHAPE[0], : _SHAPE[1]].astype(float)
-    dx, dy = x - (_SHAPE[1] - 1) / 2, y - (_SHAPE[0] - 1) / 2
-    stretch = 1 + kappa * (dx**2 + dy**2) / np.hypot(*(np.array(_SHAPE) - 1)) ** 2 * 4
-    along = (np.cos(angle) * dx + np.sin(angle) * dy) * stretch / period + rng.uniform()
-    across = (-np.sin(angle) * dx + np.cos(angle) * dy) * stretch
-    number = np.round(along)
-    length = np.where(number % 10 == 0, 75, np.where(number % 5 == 0, 60, 45))
-    is_line = (np.abs(along - number) * period < 0.12 * period) & (across > -40) & (across < length - 40)
-    image = ndimage.gaussian_filter(np.where(is_line, 0.15, 0.8), rng.uniform(0.6, 2.0))
-    return _photographed(rng, image, 1.0), SIZE * period
-
-
-def dot(seed: int, tilt: float = 0.0) -> tuple[np.ndarray, float]:
-    """A picture of a dark dot, and its diameter [m]."""
-    rng = np.random.default_rng((seed, 2))
-    radius, blur = rng.uniform(30, 95), rng.uniform(0.6, 3.0)
-    centre = np.array(_SHAPE[::-1]) / 2 + rng.uniform(-10, 10, 2)
-    y, x = np.mgrid[: _SHAPE[0], : _SHAPE[1]].astype(float)
-    dx, dy, turn = x - centre[0], y - centre[1], rng.uniform(0, np.pi)
-    along, across = np.cos(turn) * dx + np.sin(turn) * dy, -np.sin(turn) * dx + np.cos(turn) * dy
-    reach = np.hypot(along, across / np.cos(tilt * rng.uniform()))
-    image = 0.1 + 0.7 * 0.5 * (1 + special.erf((reach - radius) / (np.sqrt(2) * blur)))
-    return _photographed(rng, image, rng.choice([1.0, 1.6])), 2 * SIZE * radius
-
-
-def _photographed(rng: np.random.Generator, image: np.ndarray, exposure: float) -> np.ndarray:
-    """With uneven light, noise and clipping, as codes of 8 bits that are linear."""
-    y, x = np.mgrid[: image.shape[0], : image.shape[1]] / max(image.shape)
-    slope = rng.uniform(-0.1, 0.1, 2)
-    light = image * exposure * (1 + slope[0] * x + slope[1] * y) + rng.uniform(0.01, 0.03) * rng.normal(
-        size=image.shape
-    )
-    return np.clip(np.round(255 * light), 0, 255).astype(np.uint8)
+KINDS = "ruler", "disc", "disc, tilted", "ring"
+_FIRST_SEED = 10_000
+# Covered at least, at most where the model is right, largest deviation of a hundred, refused at most.
+_LEAST, _MOST, _LARGEST, _REFUSED = 0.93, 0.97, 4.0, 0.05
 
 
 def deviation(kind: str, seed: int) -> float | None:
@@ -69,27 +26,52 @@ def deviation(kind: str, seed: int) -> float | None:
         image, division = ruler(seed)
         result = fitting.scale(image, ruler=division, transfer="linear")
     else:
-        image, diameter = dot(seed, np.radians(4) if kind == "disc, tilted" else 0.0)
+        image, diameter = disc(seed, kind)
         result = fitting.scale(image, disc_diameter=diameter, transfer="linear")
-    return None if result.pixel_size is None else (result.pixel_size - SIZE) / result.pixel_size_sd
+    size, size_sd = result.pixel_size, result.pixel_size_sd
+    return None if size is None or size_sd is None else (size - SIZE) / size_sd
+
+
+def row_of(deviations: list[float | None]) -> dict[str, float]:
+    """Counts and shares of one kind of picture."""
+    answered = np.array([value for value in deviations if value is not None])
+    return {
+        "pictures": len(deviations),
+        "refused": len(deviations) - len(answered),
+        "covered": float(np.mean(np.abs(answered) < 1.96)),
+        "rms": float(np.sqrt(np.mean(answered**2))),
+        "beyond four": int(np.sum(np.abs(answered) > _LARGEST)),
+        "largest": float(np.abs(answered).max()),
+    }
+
+
+def misses(kind: str, row: dict[str, float]) -> list[str]:
+    """What a row does not keep; chance is allowed two standard deviations of the share."""
+    chance = 2 * np.sqrt(0.95 * 0.05 / max(row["pictures"], 1))
+    limits = {
+        "covered": row["covered"] < min(_LEAST, 0.95 - chance),
+        "covers too much": kind != "disc, tilted" and row["covered"] > max(_MOST, 0.95 + chance),
+        "beyond four": row["beyond four"] > row["pictures"] / 100,
+        "refused": row["refused"] > _REFUSED * row["pictures"],
+    }
+    return [f"{kind}: {name}" for name, is_missed in limits.items() if is_missed]
 
 
 def main() -> None:
-    """Count how often the interval covers, print and write."""
+    """Count how often the interval covers, print and write; exits with 1 where a limit is missed."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pictures", type=int, default=300, help="of each kind")
     parser.add_argument("--quick", action="store_true", help="12 of each kind, nothing written")
     options = parser.parse_args()
-    count, record = 12 if options.quick else options.pictures, {}
-    for kind in ("ruler", "disc", "disc, tilted"):
-        deviations = [deviation(kind, seed) for seed in range(count)]
-        answered = np.array([value for value in deviations if value is not None])
-        record[kind] = {"pictures": count, "refused": count - len(answered),
-                        "covered": float(np.mean(np.abs(answered) < 1.96)),
-                        "largest deviation": float(np.abs(answered).max())}  # fmt: skip
+    count, record, missed = 12 if options.quick else options.pictures, {}, []
+    for kind in KINDS:
+        record[kind] = row_of([deviation(kind, _FIRST_SEED + number) for number in range(count)])
+        missed += misses(kind, record[kind])
         print(kind, record[kind], flush=True)
     if not options.quick:
         records.save("scales", record)
+    if missed:
+        raise SystemExit("missed: " + "; ".join(missed))
 
 
 if __name__ == "__main__":

@@ -20,6 +20,7 @@ from fitting.photo.smoothing import flatten as flatten
 from fitting.photo.smoothing import median as median
 from fitting.photo.smoothing import noise_variance as noise_variance
 from fitting.photo.smoothing import pixels_of as pixels_of
+from fitting.photo.smoothing import smooth as smooth
 from fitting.photo.smoothing import thin as thin
 from fitting.photo.start import find_rings as find_rings
 from fitting.photo.start import follow as follow

@@ -17,24 +17,33 @@ _SECTORS, _BESIDE, _LEAST_BESIDE = 16, 5.0, 4.0
 _SMALLEST, _LEAST_CONTRAST = 12.0, 0.1
 # A disc seen at a slant of 35 degrees; beyond, it is no disc.
 _LONGEST = 0.2
-_UNITS = np.array([1.0, 1.0, 1.0, 1e-2, 1e-2, 1.0, 0.1, 0.1, 0.1, 0.1])
+_UNITS = np.array([1.0, 1.0, 1.0, 1e-2, 1e-2, 1.0, 0.1, 0.1, 0.1, 0.1, 1.0])
+# Rounds of choosing the pixels and fitting; beyond so many deviations of the noise a pixel counts less.
+_ROUNDS, _ROBUST = 2, 3.0
+# Where its light is clipped, level, blur and radius may stand for one another: then the radius varies by more.
+_MOST_SD = 0.004
+# A spot whose hole holds more than this share of it is a ring.
+_HOLE = 0.02
 
 
 def of_disc(photograph: Photograph, diameter: float, diameter_sd: float) -> Scale:
     """The scale of a photograph of one dark or bright disc, or a refusal.
 
     The image is an inner and an outer level with slopes, joined by an error function of the distance from an ellipse;
-    what is saturated is at least as bright as it is. The standard deviation is the jackknife's over sixteen sectors,
-    with the diameter's own and half of the ellipse's stretch beyond its noise.
+    what is saturated is at least as bright as it is. Of a ring the outer edge counts, and its width is fitted. The
+    standard deviation is the jackknife's over sixteen sectors, with the diameter's own and half of the ellipse's
+    stretch beyond its noise.
     """
     start = _start(photograph)
     if start is None:
         return Scale("refused", SheetReason.NO_DISC(), photograph=photograph)
     vector, edge = start, _Edge(photograph, start)
-    for _ in range(2):
+    for _ in range(_ROUNDS):
         edge = _Edge(photograph, vector)
-        if len(edge.sector) < 50:
+        if not edge.is_enough():
             return Scale("refused", SheetReason.NO_DISC(), photograph=photograph)
+        vector = _fitted(edge, vector)
+        edge.noted(vector)
         vector = _fitted(edge, vector)
     _, _, radius, a, b, blur, *_ = vector
     if not (radius > _SMALLEST / 2 and np.hypot(a, b) < _LONGEST and 0 < abs(blur) < radius):
@@ -42,10 +51,15 @@ def of_disc(photograph: Photograph, diameter: float, diameter_sd: float) -> Scal
     parts = _without_sectors(edge, vector)
     radii, stretches = [part[2] for part in parts], np.array([part[3:5] for part in parts])
     sds = np.array([jackknife_sd(list(column)) for column in stretches.T])
+    radius_sd = jackknife_sd(radii) / radius
+    if not radius_sd < _MOST_SD:
+        return Scale("refused", SheetReason.NO_DISC(), photograph=photograph)
     # The ellipse's long side is where pixels are short on the object.
     uneven = unevenness(np.array([-a, -b]), sds)
+    # A slant too small to be said still makes the mean of both axes too short.
+    slant = np.sqrt(max(a**2 + b**2 - float(np.square(sds).sum()), 0.0))
     size = diameter / (2 * radius)
-    relative = np.linalg.norm([jackknife_sd(radii) / radius, diameter_sd / diameter, uneven / 2])
+    relative = np.linalg.norm([radius_sd, diameter_sd / diameter, slant / 2])
     warnings: list[str] = [text for text in photograph.warnings if getattr(text, "code", "") != Reason.SATURATED.name]
     if not diameter_sd:
         warnings.append(Reason.TREATED_AS_EXACT(names="disc_diameter"))
@@ -57,8 +71,8 @@ def of_disc(photograph: Photograph, diameter: float, diameter_sd: float) -> Scal
         pixel_size_sd=float(size * relative),
         pixel_size_x=size * float(np.exp(-a / 2)),
         pixel_size_y=size * float(np.exp(a / 2)),
-        pixel_size_x_sd=float(size * np.hypot(jackknife_sd(radii) / radius, sds[0] / 2)),
-        pixel_size_y_sd=float(size * np.hypot(jackknife_sd(radii) / radius, sds[0] / 2)),
+        pixel_size_x_sd=float(size * np.hypot(radius_sd, sds[0] / 2)),
+        pixel_size_y_sd=float(size * np.hypot(radius_sd, sds[0] / 2)),
         stretch=-a,
         shear=-b,
         stretch_sd=float(sds[0]),
@@ -86,37 +100,56 @@ def _start(photograph: Photograph) -> np.ndarray | None:
         sizes = np.bincount(labels.ravel())
         sizes[edge], sizes[0] = 0, 0
         label = int(np.argmax(sizes))
-        if sizes[label] > np.pi * _SMALLEST**2 / 4 and (best is None or sizes[label] > best[0]):
-            y, x = np.nonzero(np.asarray(ndimage.binary_fill_holes(labels == label)))
-            best = (sizes[label], x.mean(), y.mean(), np.sqrt(len(x) / np.pi), image[labels == label].mean())
+        y, x = np.nonzero(np.asarray(ndimage.binary_fill_holes(labels == label)))
+        if sizes[label] > 0 and len(x) > np.pi * _SMALLEST**2 / 4 and (best is None or len(x) > best[0]):
+            hole = 1 - sizes[label] / len(x)
+            best = (len(x), x.mean(), y.mean(), np.sqrt(len(x) / np.pi), image[labels == label].mean(), hole)
     if best is None:
         return None
-    _, x, y, radius, inside = best
+    _, x, y, radius, inside, hole = best
     outside = high if inside < (low + high) / 2 else low
-    return np.array([x, y, radius, 0.0, 0.0, 2.0, inside, outside - inside, 0.0, 0.0])
+    width = [radius * (1 - np.sqrt(hole))] if hole > _HOLE else []
+    return np.array([x, y, radius, 0.0, 0.0, 2.0, inside, outside - inside, 0.0, 0.0, *width])
 
 
 class _Edge:
-    """The pixels beside an edge, and how a model of it differs from them."""
+    """The pixels beside an edge, and how a model of it differs from them, in deviations of their noise."""
 
     def __init__(self, photograph: Photograph, start: np.ndarray) -> None:
         rows, columns = photograph.image.shape
         y, x = np.mgrid[:rows, :columns]
         beside = max(_BESIDE * abs(start[5]), _LEAST_BESIDE)
-        near = (np.abs(_distance(start, x, y)) < beside) & photograph.lit
+        outside = _distance(start, x, y)
+        near = (outside < beside) & (outside > -min(beside, start[2])) & photograph.lit
         self._x, self._y, self._light = x[near], y[near], photograph.image[near]
         self._is_clipped = ~photograph.mask[near]
         angle = np.arctan2(self._y - start[1], self._x - start[0])
         self.sector = ((angle + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
+        self._noise = 0.02 * abs(float(start[7]))
+        top = self._light[self._is_clipped].min(initial=np.inf)
+        # Codes are whole numbers: the light that is clipped begins between two.
+        self._top = 0.5 * (top + self._light[~self._is_clipped].max(initial=-np.inf))
+
+    def is_enough(self) -> bool:
+        """Whether pixels that are not clipped, in all sectors, hold the edge."""
+        usable = ~self._is_clipped
+        return len(np.unique(self.sector[usable])) == _SECTORS and int(usable.sum()) >= 50
+
+    def noted(self, vector: np.ndarray) -> None:
+        """Take the noise from what a fit leaves of the pixels that are not clipped."""
+        residual = (_model(vector, self._x, self._y) - self._light)[~self._is_clipped]
+        self._noise = max(1.4826 * float(np.median(np.abs(residual))), 1e-3 * abs(float(vector[7])))
 
     def residual(self, vector: np.ndarray) -> np.ndarray:
-        """Model less light [n]; a clipped pixel is at least as bright as it is."""
-        difference = _model(vector, self._x, self._y) - self._light
-        return np.where(self._is_clipped, np.minimum(difference, 0.0), difference)
+        """Model less light [n]; of a clipped pixel by the probability that noise lifts the model to it (Tobin 1958)."""
+        level = np.where(self._is_clipped, self._top, self._light)
+        difference = (_model(vector, self._x, self._y) - level) / self._noise
+        clipped = -np.sqrt(-2 * special.log_ndtr(np.minimum(difference, 30.0)))
+        return np.where(self._is_clipped, clipped, difference)
 
     def rates(self, vector: np.ndarray) -> np.ndarray:
         """Central differences of the residual [n, numbers]."""
-        steps = 1e-4 * _UNITS * np.eye(len(vector))
+        steps = 1e-4 * _UNITS[: len(vector)] * np.eye(len(vector))
         return np.stack(
             [(self.residual(vector + step) - self.residual(vector - step)) / (2 * step.sum()) for step in steps], axis=1
         )
@@ -125,8 +158,9 @@ class _Edge:
 def _fitted(edge: _Edge, start: np.ndarray) -> np.ndarray:
     """Robust least squares on the pixels beside the edge."""
     rates: Any = edge.rates
+    scale = _UNITS[: len(start)]
     fit = optimize.least_squares(
-        edge.residual, start, rates, x_scale=_UNITS, loss="soft_l1", f_scale=_scatter(start), max_nfev=40
+        edge.residual, start, rates, x_scale=scale, loss="soft_l1", f_scale=_ROBUST, max_nfev=40
     )
     return fit.x
 
@@ -135,17 +169,12 @@ def _without_sectors(edge: _Edge, vector: np.ndarray) -> list[np.ndarray]:
     """The numbers without the pixels of each sector in turn: a step of Gauss and Newton from the optimum of all."""
     residual, rates = edge.residual(vector), edge.rates(vector)
     # Of soft_l1.
-    weights = 1 / np.sqrt(1 + np.square(residual / _scatter(vector)))
+    weights = 1 / np.sqrt(1 + np.square(residual / _ROBUST))
     vectors = []
     for sector in range(_SECTORS):
         used = np.where(edge.sector == sector, 0.0, weights)[:, None] * rates
         vectors.append(vector - np.linalg.solve(used.T @ rates + 1e-12 * np.eye(len(vector)), used.T @ residual))
     return vectors
-
-
-def _scatter(vector: np.ndarray) -> float:
-    """Beyond this residual a pixel counts less: a share of the contrast of the edge."""
-    return max(0.05 * abs(float(vector[7])), 1e-6)
 
 
 def _distance(vector: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -171,8 +200,11 @@ def _outline(vector: np.ndarray) -> np.ndarray:
 
 
 def _model(vector: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Levels joined by an error function, with one slope of the light."""
-    centre_x, centre_y, radius, _, _, blur, inside, contrast, slope_x, slope_y = vector
-    edge = 0.5 * (1 + special.erf(_distance(vector, x, y) / (np.sqrt(2) * max(abs(blur), 1e-3))))
+    """Levels joined by an error function, with one slope of the light; of a ring the inner edge as well."""
+    centre_x, centre_y, radius, _, _, blur, inside, contrast, slope_x, slope_y, *width = vector
+    distance, spread = _distance(vector, x, y), np.sqrt(2) * max(abs(blur), 1e-3)
+    edge = 0.5 * (1 + special.erf(distance / spread))
+    if width:
+        edge += 0.5 * special.erfc((distance + width[0]) / spread)
     light = 1 + (slope_x * (x - centre_x) + slope_y * (y - centre_y)) / radius
     return (inside + contrast * edge) * light

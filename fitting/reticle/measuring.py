@@ -41,7 +41,8 @@ def scale(
       division, division_sd: of a square grid the distance of two lines, and its standard deviation [m], or "0.1%".
       ruler, ruler_sd: of a ruler or a stage micrometer the distance of neighbouring lines. The scale is that along it,
         with pixels taken for square.
-      disc_diameter, disc_diameter_sd: of a dark or bright disc, whose edge is fitted with its blur and clipping.
+      disc_diameter, disc_diameter_sd: of a dark or bright disc, or the outer one of a ring; its edge is
+        fitted with its blur and clipping.
       points, distance, distance_sd: two places (x, y) in pixels, as of two lines of a ruler, and their distance on the
         object [m]. Pixels are then taken for square.
       pointing_sd: of each place, along the line between them [px].

@@ -4,59 +4,40 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy import ndimage, stats
+from scipy import ndimage
 
-from fitting.photo import Photograph, flatten
+from fitting.photo import Photograph, flatten, smooth
 from fitting.reasons import Reason
 from fitting.reticle.lines import strongest_lines
 from fitting.reticle.result import Scale
+from fitting.reticle.ruler_line import Line, Ticks, through
 from fitting.sheet_reasons import SheetReason
 
 # Fewer lines leave no freedom for a scatter; lines scatter by less of their distance.
 _FEWEST, _SCATTER = 6, 0.08
 # A line counts where it is so strong beside the median one; the strip of lines ends at this share of their power.
 _STRONG, _STRIP = 0.35, 0.4
-# Harmonics among which the lines' own distance is looked for: every tenth line is longer. A harmonic of so many times
-# the power is the distance; a subharmonic of this share of it.
-_HARMONICS, _MORE, _LESS = 10, 4.0, 0.7
-# Samples of the strip's profile in a pixel; rounds of placing a line, and of leaving out those off the others.
-_SAMPLES, _ROUNDS, _OFF = 2, 3, 4.0
-# Standard deviations of what a camera and a slant do at the corners of the picture, as shares of the scale.
-_DISTORTION_SD, _SLANT_SD = 0.05, 0.05
+# Lags up to this share of the strip are looked at; the first that rises by this share of the highest is the distance.
+_LAGS, _RISE = 0.4, 0.5
+# Width of the blur whose difference leaves the lines alone [px].
+_COARSE = 6.0
+# Samples of the strip's profile in a pixel; rounds of placing a line.
+_SAMPLES, _ROUNDS = 2, 3
 
 
 class Strip(NamedTuple):
     """The ruler's lines as a profile along its length.
 
     - `place` [n]: px from the picture's middle along the ruler; `light` [n]: lines positive; NaN off the picture.
+    - `halves` [2, n]: the same of the halves of the strip across it.
     - `normal` [2]: the unit vector along the ruler; `across`: ends of the strip on either side of the middle [px].
     """
 
     place: np.ndarray
     light: np.ndarray
+    halves: np.ndarray
     normal: np.ndarray
     across: tuple[float, float]
-
-
-class Ticks(NamedTuple):
-    """Lines: their `number` and `place` [px], [n]."""
-
-    number: np.ndarray
-    place: np.ndarray
-
-
-class Line(NamedTuple):
-    """Number against place: lines a pixel in the middle of the picture, their deviation, κ, its deviation, the scatter.
-
-    `used` [n]: the lines that lie on it.
-    """
-
-    frequency: float
-    frequency_sd: float
-    distortion: float
-    distortion_sd: float
-    scatter: float
-    used: np.ndarray
 
 
 def of_ruler(photograph: Photograph, division: float, division_sd: float) -> Scale:
@@ -69,20 +50,36 @@ def of_ruler(photograph: Photograph, division: float, division_sd: float) -> Sca
     if photograph.mask.sum() < 1024:
         return replace(refused, message=Reason.TOO_FEW_PIXELS_OF_GRID(pixels=int(photograph.lit.sum())))
     fringes = flatten(photograph.image, photograph.lit)
+    answer = _measured(photograph, fringes, division, division_sd)
+    if answer.status == "refused":
+        # Long lines and numerals may be stronger than the lines.
+        fine = fringes - ndimage.gaussian_filter(fringes, _COARSE)
+        answer = _measured(photograph, fine, division, division_sd)
+    return answer
+
+
+def _measured(photograph: Photograph, fringes: np.ndarray, division: float, division_sd: float) -> Scale:
+    """The scale by the strongest family of lines in `fringes`."""
+    refused = Scale("refused", photograph=photograph)
     wave = strongest_lines(fringes)
     if wave is None:
         return replace(refused, message=SheetReason.NO_LINES())
-    # A window over the picture's rim, which a spectrum needs, would move the lines there.
-    ends = tuple(np.ones(count) for count in fringes.shape)
-    level = flatten(photograph.image, photograph.lit, (ends[0], ends[1]))
-    strip = _strip(level, photograph.lit, _refined(fringes, wave))
-    ticks = _ticks(strip, _distance(strip, 1 / float(np.hypot(*wave))))
+    strip = _strip(_level(photograph), photograph.lit, _refined(fringes, wave))
+    ticks = _ticks(strip, _distance(strip))
     if len(ticks.number) < _FEWEST:
         return replace(refused, message=SheetReason.FEW_LINES(lines=len(ticks.number), least=_FEWEST))
-    line = _line(ticks, strip, photograph.image.shape)
+    half_diagonal = float(np.hypot(*(count - 1 for count in photograph.image.shape)) / 2)
+    line = through(ticks, _turns(strip, ticks), strip.across, half_diagonal)
     if line.used.sum() < _FEWEST or line.scatter * line.frequency > _SCATTER:
         return replace(refused, message=SheetReason.LINES_UNEVEN(scatter=line.scatter * line.frequency, most=_SCATTER))
     return _answer(photograph, strip, ticks, line, division, division_sd)
+
+
+def _level(photograph: Photograph) -> np.ndarray:
+    """The light less what changes slowly. Its strength is left: to divide by what changes would move the lines."""
+    lit, width = photograph.lit.astype(float), min(photograph.image.shape) / 8
+    slow = smooth(photograph.image * lit, width) / (smooth(lit, width) + 1e-6)
+    return lit * (photograph.image - slow)
 
 
 def _refined(fringes: np.ndarray, wave: np.ndarray) -> np.ndarray:
@@ -107,11 +104,20 @@ def _strip(fringes: np.ndarray, lit: np.ndarray, wave: np.ndarray) -> Strip:
         place, light, weights = _rectified(fringes, lit, normal, sides)
         normal = _squared(normal, place, light, distance, sides)
     place, light, weights = _rectified(fringes, lit, normal, sides)
-    total = weights.sum(axis=0)
-    profile = np.where(total > 0.5 * len(sides), (light * weights).sum(axis=0) / np.maximum(total, 1e-9), np.nan)
+    half = len(sides) // 2
+    parts = slice(None), slice(None, half), slice(-half, None)
+    profiles = np.array([_profile(light[part], weights[part]) for part in parts])
     # Lines are thin: what stands out is they, dark or bright.
-    centred = profile - np.nanmean(profile)
-    return Strip(place, centred * (np.sign(np.nanmean(centred**3)) or 1.0), normal, across)
+    sign = np.sign(np.nanmean(profiles[0] ** 3)) or 1.0
+    return Strip(place, sign * profiles[0], sign * profiles[1:], normal, across)
+
+
+def _profile(light: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """The mean across the strip, less its own mean; NaN where less than half of it is seen."""
+    total = weights.sum(axis=0)
+    mean = (light * weights).sum(axis=0) / np.maximum(total, 1e-9)
+    profile = np.where(total > 0.5 * len(light), mean, np.nan)
+    return profile - np.nanmean(profile)
 
 
 def _strong_part(fringes: np.ndarray, wave: np.ndarray) -> tuple[float, float]:
@@ -139,7 +145,7 @@ def _rectified(
     place = np.arange(-reach * _SAMPLES, reach * _SAMPLES + 1) / _SAMPLES
     at_x = (columns - 1) / 2 + normal[0] * place - normal[1] * sides[:, None]
     at_y = (rows - 1) / 2 + normal[1] * place + normal[0] * sides[:, None]
-    light = ndimage.map_coordinates(fringes, [at_y, at_x], order=1, cval=0.0)
+    light = ndimage.map_coordinates(fringes, [at_y, at_x], order=3, mode="nearest")
     weights = ndimage.map_coordinates(lit.astype(float), [at_y, at_x], order=1, cval=0.0)
     return place, light, weights
 
@@ -166,22 +172,22 @@ def _smoothed(values: np.ndarray, width: float) -> np.ndarray:
     return real + 1j * imaginary
 
 
-def _distance(strip: Strip, distance: float) -> float:
-    """The distance of neighbouring lines: the one of which a wave's is a harmonic or a subharmonic [px]."""
-    ends = np.isfinite(strip.light)
-    place, light = strip.place[ends], strip.light[ends] * np.hanning(ends.sum())
-
-    def power(frequency: float) -> float:
-        near = frequency + np.linspace(-0.5, 0.5, 5) / max(np.ptp(place), 1.0)
-        return float((np.abs(np.exp(-2j * np.pi * np.outer(near, place)) @ light) ** 2).max())
-
-    first = power(1 / distance)
-    for harmonic in range(_HARMONICS, 1, -1):
-        if harmonic / distance < 0.4 and power(harmonic / distance) > _MORE * first:
-            return distance / harmonic
-        if power(1 / (harmonic * distance)) > _LESS * first:
-            return harmonic * distance
-    return distance
+def _distance(strip: Strip) -> float:
+    """The distance of neighbouring lines: the first lag at which the profile resembles itself as at any [px]."""
+    light = strip.light[np.isfinite(strip.light)]
+    count = len(light)
+    sums = np.correlate(light, light, "full")[count - 1 :]
+    likeness = sums[: int(_LAGS * count)] / (count - np.arange(int(_LAGS * count)))
+    inner = likeness[1:-1]
+    peaks = 1 + np.flatnonzero((inner > likeness[:-2]) & (inner >= likeness[2:]))
+    if not len(peaks):
+        return np.nan
+    # A slow change of the light lifts all; a peak counts by what it stands above the valleys beside it.
+    valleys = np.minimum.reduceat(likeness, np.concatenate([[0], peaks]))
+    rises = likeness[peaks] - np.maximum(valleys[:-1], valleys[1:])
+    lag = int(peaks[np.argmax(rises > _RISE * rises.max())])
+    before, at, after = likeness[lag - 1 : lag + 2]
+    return (lag + 0.5 * (before - after) / (before - 2 * at + after)) / _SAMPLES
 
 
 def _ticks(strip: Strip, distance: float) -> Ticks:
@@ -229,38 +235,12 @@ def _placed(strip: Strip, expected: float, distance: float) -> tuple[float, floa
     return place, float(np.abs(phasor))
 
 
-def _line(ticks: Ticks, strip: Strip, shape: tuple[int, ...]) -> Line:
-    """Least squares of number against place, with lines off the others left out."""
-    half_diagonal = float(np.hypot(shape[0] - 1, shape[1] - 1) / 2)
-    s, sides = ticks.place, np.linspace(*strip.across, 9)
-    squares = (np.square(s) + np.mean(np.square(sides))) / half_diagonal**2
-    design = np.column_stack([np.ones(len(s)), s, s * squares, np.square(s) / half_diagonal])
-    frequency = 1 / float(np.median(np.diff(np.sort(s))))
-    expected = np.array([np.inf, np.inf, frequency * _DISTORTION_SD, frequency * _SLANT_SD])
-    used, variance, freedom = np.ones(len(s), bool), 0.02**2, 1.0
-    values, covariance = np.zeros(4), np.eye(4)
-    for _ in range(_ROUNDS * 2):
-        matrix = design[used].T @ design[used] / variance + np.diag(expected**-2.0)
-        covariance = np.linalg.inv(matrix)
-        values = covariance @ (design[used].T @ ticks.number[used]) / variance
-        residual = ticks.number - design @ values
-        # What the expectations hold is no freedom that the lines have lost.
-        lost = len(values) - float(np.trace(covariance @ np.diag(expected**-2.0)))
-        freedom = max(used.sum() - lost, 1.0)
-        variance = max(float(np.square(residual[used]).sum()) / freedom, 1e-10)
-        scatter = 1.4826 * float(np.median(np.abs(residual[used])))
-        used = np.abs(residual) < _OFF * max(scatter, 1e-4)
-    spread = float(stats.t.ppf(0.975, freedom) / stats.norm.ppf(0.975))
-    sds = spread * np.sqrt(np.diag(covariance))
-    _, frequency, bend, _ = values
-    return Line(
-        abs(float(frequency)),
-        float(sds[1]),
-        float(bend / frequency),
-        float(sds[2] / abs(frequency)),
-        float(np.sqrt(variance) / abs(frequency)),
-        used,
-    )
+def _turns(strip: Strip, ticks: Ticks) -> np.ndarray:
+    """How much each line is turned against the strip: between its halves, place over distance across [n]."""
+    distance = float(np.median(np.abs(np.diff(np.sort(ticks.place)))))
+    halves = [strip._replace(light=light) for light in strip.halves]
+    places = [[_placed(half, place, distance)[0] for place in ticks.place] for half in halves]
+    return np.diff(places, axis=0)[0] / (0.5 * (strip.across[1] - strip.across[0]))
 
 
 def _answer(photograph: Photograph, strip: Strip, ticks: Ticks, line: Line, division: float, sd: float) -> Scale:

@@ -99,7 +99,7 @@ def scale(
         Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of that distance.")
     ] = None,
     disc_diameter: Annotated[
-        float | None, option(quantities.positive_length, "LENGTH", "Of a dark or bright disc: its diameter.")
+        float | None, option(quantities.positive_length, "LENGTH", "Diameter of a disc; outer one of a ring.")
     ] = None,
     disc_diameter_sd: Annotated[
         Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standard deviation of the diameter.")
@@ -123,8 +123,9 @@ def scale(
     """Measure the pixel size on the object from a photograph of a grid, a ruler or a disc, or from two points.
 
     The JSON that it writes is what `newtonjax fit --scale-from` reads. Photograph at
-    the same place a grid (--division 0.1mm), a ruler (--ruler 1mm) or a disc
-    (--disc-diameter 2mm); or read two lines of a ruler in pixels, and give them as
+    the same place a grid (--division 0.1mm), which tells both axes and is best; a
+    ruler (--ruler 1mm), which tells the axis along it; a disc, or a ring by its outer
+    diameter (--disc-diameter 2mm), least of all overexposed; or read two lines of a ruler in pixels, and give them as
     --point 120,340 --point 980,352 --distance 10mm.
     """
     from fitting.shell import scale_verb

@@ -5,26 +5,32 @@ import numpy as np
 import pytest
 
 import fitting
-from experiments.truth.scales import SIZE, deviation, dot, ruler
+from experiments.truth.scale_pictures import SIZE, disc, ruler
+from experiments.truth.scales import deviation
 from fitting.shell.cli import main
 
 
 def test_rulers_give_the_pixel_size_within_their_deviation():
-    deviations = np.array([deviation("ruler", seed) for seed in range(4)])
-    assert np.mean(np.abs(deviations) < 1.96) >= 0.75
-    assert np.abs(deviations).max() < 5
-
-
-def test_a_clipped_dot_gives_the_pixel_size_within_its_deviation():
-    deviations = np.array([deviation("disc", seed) for seed in range(2)])
+    deviations = np.array([deviation("ruler", seed) for seed in range(4)], dtype=float)
     assert np.abs(deviations).max() < 4
+
+
+def test_a_ruler_beside_the_middle_of_a_slanted_view_gives_the_size_in_the_middle():
+    # Lines that converge by 1 % towards the corner, 55 px beside the middle: 40 deviations off without their turns.
+    assert abs(deviation("ruler", 8)) < 3
+
+
+@pytest.mark.parametrize("kind", ["disc", "ring"])
+def test_a_disc_and_a_ring_give_the_pixel_size_within_their_deviation(kind):
+    deviations = [deviation(kind, seed) for seed in (2, 9, 12)]
+    assert max(abs(value) for value in deviations if value is not None) < 4
+    assert None not in deviations
 
 
 def test_a_ruler_says_one_way_only_and_its_own_deviation_counts():
     image, distance = ruler(3)
     exact, uncertain = (fitting.scale(image, ruler=distance, ruler_sd=sd, transfer="linear") for sd in (None, "1%"))
     assert "ONE_WAY_ONLY" in exact.warning_codes
-    assert any("given for ruler" in text for text in exact.warnings)
     assert uncertain.pixel_size_sd == pytest.approx(np.hypot(exact.pixel_size_sd, 0.01 * exact.pixel_size))
     assert exact.pixel_size_sd < 0.005 * SIZE
     assert exact.lines[0] >= 8
@@ -32,13 +38,11 @@ def test_a_ruler_says_one_way_only_and_its_own_deviation_counts():
 
 
 def test_what_is_no_ruler_and_no_disc_is_refused():
-    noise = np.random.default_rng(0).normal(0.5, 0.1, (120, 150))
+    noise = np.random.default_rng(0).normal(0.5, 0.1, (200, 240))
     assert fitting.scale(noise, ruler=1e-3).status == "refused"
     assert fitting.scale(noise, disc_diameter=1e-3).status == "refused"
     with pytest.raises(ValueError, match="give one of division, ruler and disc_diameter"):
         fitting.scale(noise, ruler=1e-3, division=1e-3)
-    with pytest.raises(ValueError, match="ruler_sd does not belong to division"):
-        fitting.scale(noise, division=1e-3, ruler_sd=1e-6)
 
 
 def test_the_verb_measures_a_ruler_for_scale_from(tmp_path, capsys):
@@ -48,12 +52,16 @@ def test_the_verb_measures_a_ruler_for_scale_from(tmp_path, capsys):
     command = ["scale", str(photo), "--ruler", f"{1e6 * distance:.9g}um", "--transfer", "linear", "--json", str(scale)]
     assert main([*command, "--output-dir", str(tmp_path / "out")]) == 0
     assert fitting.Scale.load(scale).pixel_size == pytest.approx(SIZE, rel=0.005)
+    rings = np.hypot(*np.mgrid[-100:101, -120:121]) ** 2
+    np.save(tmp_path / "rings.npy", 0.5 + 0.4 * np.cos(2 * np.pi * rings / 1800))
+    lamp = ("--wavelength", "589.3nm", "--transfer", "linear", "--json", str(tmp_path / "fit.json"))
+    assert main(["fit", str(tmp_path / "rings.npy"), *lamp, "--scale-from", str(scale)]) == 0
     assert (tmp_path / "out" / "result.png").stat().st_size > 1000
     assert "divisions of" in capsys.readouterr().out
 
 
 def test_a_disc_is_saved_and_drawn(tmp_path):
-    image, diameter = dot(1)
+    image, diameter = disc(2, "disc")
     result = fitting.scale(image, disc_diameter=diameter, disc_diameter_sd="0.5%", transfer="linear")
     result.save(tmp_path / "scale.json")
     assert fitting.Scale.load(tmp_path / "scale.json") == result
