@@ -151,7 +151,7 @@ class Form(AbstractMeasurement):
             return None
         return figure.of_aperture(self.photograph, self.pupil.reduced(self.reading))
 
-    def checks(self) -> list[tuple[str, str]]:
+    def alternatives(self) -> list[tuple[str, str]]:
         """Forms that explain the picture as well."""
         rows = [", ".join(f"{value:.3g}" for value in rival) for rival in self.rivals]
         return [(f"other form {number}", f"terms {row}") for number, row in enumerate(rows, 1)]

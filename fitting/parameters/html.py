@@ -48,7 +48,7 @@ def page(result, sources: Sequence[Source], command: str, pictures: Mapping[str,
     `command` is what was run, `pictures` PNG files by their titles, `text` the report.
     """
     model = [(html.escape(part), html.escape(why)) for part, why in result.model.items()]
-    checks = [(html.escape(name), html.escape(outcome)) for name, outcome in result.checks()]
+    checks = [(html.escape(name), html.escape(outcome)) for name, outcome in result.alternatives()]
     parts = [
         f"<p class=answer>{html.escape(result.headline())}</p>",
         *(f"<p class=warning>{html.escape(warning)}</p>" for warning in result.warnings),

@@ -29,6 +29,6 @@ class AbstractMeasurement(AbstractResult):
         """Of a refusal the photograph with what was tried on it; None where nothing was."""
         return None
 
-    def checks(self) -> list[tuple[str, str]]:
+    def alternatives(self) -> list[tuple[str, str]]:
         """What else may have made the data: its name, and what came of the test for it."""
         return []

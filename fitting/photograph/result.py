@@ -138,7 +138,7 @@ class FitResult(AbstractMeasurement):
 
         return None if self.picture is None else figure.of_trial(self.picture)
 
-    def checks(self) -> list[tuple[str, str]]:
+    def alternatives(self) -> list[tuple[str, str]]:
         """The rivals of the rings, each with its statistic and limit."""
         return [
             (finding.rival, f"{finding.value:.3g}, limit {finding.limit:.3g}: {finding.words}")
