@@ -22,7 +22,7 @@ from fitting.parameters import (
     result_names,
 )
 from fitting.photograph.meridians import Meridians, View, meridians_of
-from fitting.photograph.number_rivals import LEAST, VIEW_OR_FORM
+from fitting.photograph.model_rivals import LEAST, VIEW_OR_FORM
 from fitting.reasons import Reason
 
 

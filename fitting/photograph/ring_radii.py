@@ -7,12 +7,12 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from fitting.estimate import Fitted
-from fitting.model import GapModel, gap_phase, numbers_of
+from fitting.model import PARTS, GapModel, gap_phase, numbers_of
 from fitting.parameters import EXPONENTS, NUMBERS, Numbers, Quantities, block_of
 
 KINDS = ("dark", "bright")
 # Numbers that change the phase at one distance from the rings' centre; all others move pixels, or mean to nothing.
-_RADIAL = ("curvature", "phase", *numbers_of(("contact", "film")))
+_RADIAL = ("curvature", "phase", *PARTS["contact"].parameters, *PARTS["film"].parameters)
 # Points of r² between which the phase is all but straight, and Newton's steps from there.
 _POINTS, _STEPS = 4000, 3
 # Degree in r² of a traced bench's phase, in the mean over the azimuth.

@@ -3,9 +3,8 @@
 from collections.abc import Callable, Collection
 
 from fitting.estimate import FEW, Fitted
-from fitting.photograph.form import Form
 from fitting.photograph.fringe_rivals import Astray, SecondSystem, Waveform
-from fitting.photograph.number_rivals import PriorTension, ViewOrForm
+from fitting.photograph.model_rivals import Form, PriorTension, ViewOrForm
 from fitting.photograph.remainder import Remainder
 from fitting.photograph.rival import AbstractRival, Finding
 

@@ -11,7 +11,7 @@ from fitting.photo import Photograph
 from fitting.photograph.camera_stretch import stretch_warning
 from fitting.photograph.evidence import Evidence
 from fitting.photograph.image_rows import image_rows
-from fitting.photograph.number_rivals import VIEW_OR_FORM
+from fitting.photograph.model_rivals import VIEW_OR_FORM
 from fitting.photograph.numbers import measured
 from fitting.photograph.picture import Picture
 from fitting.photograph.result import FitResult

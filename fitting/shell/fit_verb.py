@@ -18,7 +18,7 @@ from fitting.shell.answer import Extras, Outputs, as_png
 from fitting.shell.lamps import Wavelength
 from fitting.shell.options import MODEL_OPTIONS
 from fitting.shell.progress import progress
-from fitting.shell.report_page import photograph
+from fitting.shell.report_page import Measured
 
 # Files that `newtonjax rings` reads, by the kind of their rings.
 _RING_TABLES = {"dark": "dark_rings.csv", "bright": "bright_rings.csv"}
@@ -74,7 +74,7 @@ def run(photo: Path, options: FitOptions, outputs: Outputs) -> int:
     _check(photo, options, outputs)
     session.prepare()
     arguments = arguments_of(options)
-    measured = [photograph(photo, arguments)]
+    measured = [Measured(photo, arguments)]
     with progress(f"fitting {photo.name}"):
         result = fitting.fit(photo, **arguments)
     if not options.mcmc or result.evidence is None:
@@ -157,7 +157,7 @@ def demo(folder: Path, force: bool) -> int:
         session.prepare()
         with progress("fitting the sample"):
             result = fitting.fit(photo, **sample["given"])
-        status = outputs.write(result, [photograph(photo, {})], Extras(files=partial(ring_tables, result)))
+        status = outputs.write(result, [Measured(photo, {})], Extras(files=partial(ring_tables, result)))
     print(_comparison(result, sample["truth"]["radius"]))
     print(f"picture: {outputs.in_folder()['picture']}")
     return status

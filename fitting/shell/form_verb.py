@@ -6,7 +6,7 @@ import fitting
 from fitting.shell.answer import Extras, Outputs
 from fitting.shell.fit_verb import check_files
 from fitting.shell.progress import progress
-from fitting.shell.report_page import photograph
+from fitting.shell.report_page import Measured
 
 
 def run(photos: list[Path], options: dict, outputs: Outputs) -> int:
@@ -17,5 +17,5 @@ def run(photos: list[Path], options: dict, outputs: Outputs) -> int:
     image, names = (photos[0], photos[0].name) if len(photos) == 1 else (photos, f"{len(photos)} frames")
     with progress(f"fitting {names}"):
         result = fitting.form(image, **options)
-    measured = [photograph(path, options) for path in photos]
+    measured = [Measured(path, options) for path in photos]
     return outputs.write(result, measured, Extras(files=lambda: {"map.csv": result.map_csv()}))

@@ -12,18 +12,15 @@ import numpy as np
 # A refusal shows so many photographs, and each with about so many pixels along its longer side.
 _MOST, _SIDE = 4, 800
 STANDARD_INPUT = Path("-")
+# Options by which a photograph is read.
+_READING = ("transfer", "mask", "page")
 
 
 class Measured(NamedTuple):
-    """A file that was measured; `reading`: the arguments of `fitting.read` for a photograph, None for a table."""
+    """A file that was measured; `reading`: options of a photograph, by some of which it is read, None for a table."""
 
     path: Path
     reading: Mapping[str, Any] | None = None
-
-
-def photograph(path: Path, options: Mapping[str, Any]) -> Measured:
-    """A photograph with those of a verb's options by which it is read."""
-    return Measured(path, {name: options.get(name) for name in ("transfer", "mask", "page")})
 
 
 def page_of(result, measured: Sequence[Measured], pictures: Mapping[str, bytes], text: str) -> str:
@@ -58,7 +55,8 @@ def _drawn(file: Measured) -> Any:
 
     import fitting
 
-    photograph_read = fitting.read(file.path, **(file.reading or {}))
+    options = file.reading or {}
+    photograph_read = fitting.read(file.path, **{name: options.get(name) for name in _READING})
     step = max(1, max(photograph_read.mask.shape) // _SIDE)
     image, mask = photograph_read.image[::step, ::step], photograph_read.mask[::step, ::step]
     rows, columns = image.shape

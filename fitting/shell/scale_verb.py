@@ -5,7 +5,7 @@ from pathlib import Path
 import fitting
 from fitting.shell.answer import Outputs
 from fitting.shell.progress import progress
-from fitting.shell.report_page import photograph
+from fitting.shell.report_page import Measured
 
 # Sizes of what is in a photograph; one of them is given.
 _SIZES = ("division", "ruler", "disc_diameter")
@@ -29,7 +29,7 @@ def run(photo: Path | None, options: dict, outputs: Outputs) -> int:
     outputs.check((photo,))
     with progress(f"measuring {photo.name}"):
         result = fitting.scale(photo, **options)
-    return outputs.write(result, [photograph(photo, options)])
+    return outputs.write(result, [Measured(photo, options)])
 
 
 def points_of(texts: list[str]) -> list[list[float]]:

@@ -9,7 +9,7 @@ from fitting.shell.answer import Outputs
 from fitting.shell.fit_verb import FitOptions, arguments_of, check_files, check_options
 from fitting.shell.manifest import rows_of_manifest
 from fitting.shell.progress import progress
-from fitting.shell.report_page import photograph
+from fitting.shell.report_page import Measured
 
 
 def run(photos: list[Path], shared: tuple[str, ...], options: FitOptions, outputs: Outputs) -> int:
@@ -29,7 +29,7 @@ def run(photos: list[Path], shared: tuple[str, ...], options: FitOptions, output
         result = fitting.fit_together(
             [path for path, _ in pictures], shared=shared, names=names, **_united([own for _, own in pictures])
         )
-    return outputs.write(result, [photograph(path, arguments_of(own)) for path, own in pictures])
+    return outputs.write(result, [Measured(path, arguments_of(own)) for path, own in pictures])
 
 
 def _pictures(path: Path, options: FitOptions) -> list[tuple[Path, FitOptions]]:

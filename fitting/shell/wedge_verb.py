@@ -8,7 +8,7 @@ import fitting
 from fitting.shell import rings_verb
 from fitting.shell.answer import Outputs
 from fitting.shell.progress import progress
-from fitting.shell.report_page import STANDARD_INPUT, Measured, photograph
+from fitting.shell.report_page import STANDARD_INPUT, Measured
 from fitting.tables import is_table
 
 _OPTIONS = {"scale": "--scale-from", "columns": "--column"}
@@ -29,7 +29,7 @@ def run(source: Path, both: dict, of_photo: dict, of_table: dict, outputs: Outpu
     outputs.check(tuple(filter(None, (source, of_photo["mask"], of_photo["scale"]))))
     with progress(f"measuring {source.name}"):
         result = fitting.wedge_photo(source, **both, **of_photo)
-    return outputs.write(result, [photograph(source, of_photo)])
+    return outputs.write(result, [Measured(source, of_photo)])
 
 
 def _refuse(options: Mapping[str, Any], kind: str) -> None:
