@@ -273,7 +273,7 @@ def test_the_command_writes_the_form_its_picture_and_its_map(scene, tmp_path, ca
     assert main([*arguments, "--output-dir", str(tmp_path / "out")]) == 0
     assert "3/" in capsys.readouterr().out
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
-        "result.png", "report.txt", "result.json", "map.csv"
+        "result.png", "report.html", "report.txt", "result.json", "map.csv"
     }  # fmt: skip
     saved = json.loads((tmp_path / "out" / "result.json").read_text())
     assert saved["coefficients_fringe"][3] < 0

@@ -138,7 +138,7 @@ from rings_data import rings
 nan = float("nan")
 good = {"wavelength": 589.3e-9, "pixel_size": 5e-6}
 for wrong in (
-    {"wavelength": 589.3}, {"wavelength": "sodium"}, {"pixel_size": 10}, {"pixel_size": "10um"},
+    {"wavelength": 589.3}, {"wavelength": "sodum"}, {"pixel_size": 10}, {"pixel_size": "10um"},
     {"pixel_size": np.array([1e-5, 2e-5])}, {"fixed": {"gap": np.nan}}, {"fixed": {"gap": "0nm"}},
     {"fixed": {"centre_px": 5}}, {"fixed": {"centre_px": (1.0,)}}, {"fixed": ("gap",)},
     {"start": {"radius": 0, "centre_px": (1, 1)}}, {"start": {"radius": 1.0, "centre_px": (1, np.nan)}},

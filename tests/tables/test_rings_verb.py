@@ -23,7 +23,12 @@ def test_the_verb_prints_writes_and_exits(tmp_path, capsys):
     assert answer["radius_m"] == pytest.approx(1.0, abs=4 * answer["radius_sd_m"])
     assert {"order", "radius_m", "residual_m", "flag"} == set(answer["rings"][0])
     assert main([*command, "--output-dir", str(tmp_path / "out")]) == 0
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"result.png", "report.txt", "result.json"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "result.png",
+        "report.html",
+        "report.txt",
+        "result.json",
+    }
     assert main([*command, "--output-dir", str(tmp_path / "out")]) == 2
     assert "--force" in capsys.readouterr().err
     assert main([*command, "--column", "radius"]) == 2
