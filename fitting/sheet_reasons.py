@@ -18,6 +18,10 @@ class SheetReason(Wording):
     )
     ONE_WAY_ONLY = "{what} measures the scale one way only: pixels are taken as square, and the camera as looking down"
     NO_DISC = "no disc: no round spot with an edge all around was found in the picture; mask what lies beside it"
+    DISC_CLIPPED = (
+        "the edge of the disc does not tell its radius: its light is clipped, so that level, blur and radius stand for "
+        "one another; expose less, or photograph a dark disc on bright ground"
+    )
     DISC_NOT_ROUND = (
         "the disc is {uneven:.2g} longer one way than across it: seen at a slant, or no square pixels; half of that is "
         "in the standard deviation"

@@ -53,7 +53,8 @@ def _is_numeral(along: np.ndarray, across: np.ndarray, dot: float) -> np.ndarray
 def disc(seed: int, kind: str) -> tuple[np.ndarray, float]:
     """A picture of a dark or bright disc, or of a dark ring, and its outer diameter [m].
 
-    `kind`: "disc", "disc, tilted" by up to 4 degrees, or "ring", of 6 to 20 px width.
+    `kind`: "disc", "disc, tilted" by up to 4 degrees, "disc, clipped", a bright one whose inner level lies up to 60 %
+    above the largest code, or "ring", of 6 to 20 px width.
     """
     rng = np.random.default_rng((seed, 2))
     radius, blur = rng.uniform(30, 95), rng.uniform(0.6, 3.0)
@@ -66,9 +67,10 @@ def disc(seed: int, kind: str) -> tuple[np.ndarray, float]:
     edge = _step(reach - radius, blur)
     if kind == "ring":
         edge = 1 - _step(reach - radius + rng.uniform(6, 20), blur) + edge
-    elif rng.uniform() < 0.25:
-        edge = 1 - edge
-    return _photographed(rng, _binned(0.1 + 0.7 * edge), rng.choice([1.0, 1.6])), 2 * SIZE * radius
+        return _photographed(rng, _binned(0.1 + 0.7 * edge), rng.choice([1.0, 1.6])), 2 * SIZE * radius
+    is_bright = kind == "disc, clipped" or rng.uniform() < 0.25
+    exposure = rng.uniform(1.3, 2.0) if kind == "disc, clipped" else rng.choice([1.0, 1.6])
+    return _photographed(rng, _binned(0.1 + 0.7 * (1 - edge if is_bright else edge)), exposure), 2 * SIZE * radius
 
 
 def _step(distance: np.ndarray, blur: float) -> np.ndarray:

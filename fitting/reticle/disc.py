@@ -41,26 +41,26 @@ def of_disc(photograph: Photograph, diameter: float, diameter_sd: float) -> Scal
     for _ in range(_ROUNDS):
         edge = _Edge(photograph, vector)
         if not edge.is_enough():
-            return Scale("refused", SheetReason.NO_DISC(), photograph=photograph)
+            return _untold(photograph)
         vector = _fitted(edge, vector)
         edge.noted(vector)
         vector = _fitted(edge, vector)
     _, _, radius, a, b, blur, *_ = vector
     if not (radius > _SMALLEST / 2 and np.hypot(a, b) < _LONGEST and 0 < abs(blur) < radius):
-        return Scale("refused", SheetReason.NO_DISC(), photograph=photograph)
+        return _untold(photograph)
     parts = _without_sectors(edge, vector)
     radii, stretches = [part[2] for part in parts], np.array([part[3:5] for part in parts])
     sds = np.array([jackknife_sd(list(column)) for column in stretches.T])
     radius_sd = jackknife_sd(radii) / radius
     if not radius_sd < _MOST_SD:
-        return Scale("refused", SheetReason.NO_DISC(), photograph=photograph)
+        return _untold(photograph)
     # The ellipse's long side is where pixels are short on the object.
     uneven = unevenness(np.array([-a, -b]), sds)
     # A slant too small to be said still makes the mean of both axes too short.
     slant = np.sqrt(max(a**2 + b**2 - float(np.square(sds).sum()), 0.0))
     size = diameter / (2 * radius)
     relative = np.linalg.norm([radius_sd, diameter_sd / diameter, slant / 2])
-    warnings: list[str] = [text for text in photograph.warnings if getattr(text, "code", "") != Reason.SATURATED.name]
+    warnings: list[str] = [text for text in photograph.warnings if not _is_saturated(text)]
     if not diameter_sd:
         warnings.append(Reason.TREATED_AS_EXACT(names="disc_diameter"))
     if uneven > 0:
@@ -84,6 +84,16 @@ def of_disc(photograph: Photograph, diameter: float, diameter_sd: float) -> Scal
         photograph=photograph,
         marks=_outline(vector)[None],
     )
+
+
+def _untold(photograph: Photograph) -> Scale:
+    """A refusal of a spot whose edge does not tell its radius; of a clipped one, that it is."""
+    reason = SheetReason.DISC_CLIPPED if any(map(_is_saturated, photograph.warnings)) else SheetReason.NO_DISC
+    return Scale("refused", reason(), photograph=photograph)
+
+
+def _is_saturated(warning: str) -> bool:
+    return getattr(warning, "code", "") == Reason.SATURATED.name
 
 
 def _start(photograph: Photograph) -> np.ndarray | None:
@@ -112,6 +122,12 @@ def _start(photograph: Photograph) -> np.ndarray | None:
     return np.array([x, y, radius, 0.0, 0.0, 2.0, inside, outside - inside, 0.0, 0.0, *width])
 
 
+def _is_usable(photograph: Photograph, start: np.ndarray) -> np.ndarray:
+    """Where the light counts: the lit field; of a bright disc everywhere, since its dark ground is taken for unlit."""
+    contrast = start[7]
+    return photograph.lit if contrast > 0 else np.ones_like(photograph.lit)
+
+
 class _Edge:
     """The pixels beside an edge, and how a model of it differs from them, in deviations of their noise."""
 
@@ -120,13 +136,13 @@ class _Edge:
         y, x = np.mgrid[:rows, :columns]
         beside = max(_BESIDE * abs(start[5]), _LEAST_BESIDE)
         outside = _distance(start, x, y)
-        near = (outside < beside) & (outside > -min(beside, start[2])) & photograph.lit
+        near = (outside < beside) & (outside > -min(beside, start[2])) & _is_usable(photograph, start)
         self._x, self._y, self._light = x[near], y[near], photograph.image[near]
-        self._is_clipped = ~photograph.mask[near]
+        top = photograph.image[photograph.lit & ~photograph.mask].min(initial=np.inf)
+        self._is_clipped = self._light >= top
         angle = np.arctan2(self._y - start[1], self._x - start[0])
         self.sector = ((angle + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
         self._noise = 0.02 * abs(float(start[7]))
-        top = self._light[self._is_clipped].min(initial=np.inf)
         # Codes are whole numbers: the light that is clipped begins between two.
         self._top = 0.5 * (top + self._light[~self._is_clipped].max(initial=-np.inf))
 

@@ -67,3 +67,8 @@ def test_a_disc_is_saved_and_drawn(tmp_path):
     assert fitting.Scale.load(tmp_path / "scale.json") == result
     assert result.parameters["diameter"].value == pytest.approx(diameter)
     assert result.figure().axes
+
+
+def test_a_bright_disc_is_measured_though_its_light_is_clipped():
+    deviations = [deviation("disc, clipped", seed) for seed in (10_000, 10_004)]
+    assert np.all(np.abs(np.array(deviations, dtype=float)) < 3)
