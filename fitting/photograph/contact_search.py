@@ -21,8 +21,10 @@ from fitting.photograph.trials import Trial, Trials
 _FIRST_STEPS, _FURTHER, _FALSE = 3, 4, 2.0
 # What a score test says that a part takes of chi-squared, at least, of one that is looked for: discs take up to twice
 # as much as their tangent says (of made pictures with weak ones 15 for 11, 56 for 31), and all that photographs have
-# are far above (49 and more).
-_SEEN = 10.0
+# are far above (49 and more). Where the warps have bent to hide a disc, the residuals that neighbours share tell: in
+# units of a variance without them it takes 147 and more (a red channel, pieces of a photograph), and 67 at most of
+# photographs without a disc, but for one.
+_SEEN, _SEEN_ALONE = 10.0, 100.0
 # Odds of exp(this / 2) rule a fit out.
 _NEAR = 10.0
 
@@ -42,7 +44,8 @@ def without_promise(part: str, trial: Trial) -> str | None:
     """Why a search of a part beside a trial with all warps can come to nothing, from its moments; None where it may."""
     judge = _Judge([trial], trial.reduced)
     drop = max(_drops(trial, part)) / judge.variance
-    return None if drop > _SEEN else _words(False, None, drop - PRICES[part] * judge.penalty)
+    may_be_there = drop > _SEEN or drop * judge.inflation > _SEEN_ALONE
+    return None if may_be_there else _words(False, None, drop - PRICES[part] * judge.penalty)
 
 
 def is_open(part: str, wishes: Mapping[str, bool], plain: Fitted, photograph: Photograph) -> bool:

@@ -117,3 +117,12 @@ def test_a_pixel_size_does_not_change_the_fringe_scale(shared, without_scale, na
     result = fitting.fit(shared / "photos" / name, wavelength=SODIUM, pixel_size=size)
     of_radius = size**2 / (result.radius * SODIUM)
     assert abs(scale / of_radius - 1) < 0.1 * result.parameters["radius"].sd / result.radius
+
+
+def test_a_disc_that_warps_hide_is_looked_for_in_every_channel(shared):
+    """By its score alone, in units of what neighbours share, the disc of the red channel is nothing."""
+    photograph = shared / "trials" / "lens_850mm_sodium.jpg"
+    green, red = (fitting.fit(photograph, wavelength=589.3e-9, channel=channel) for channel in ("green", "red"))
+    assert red.model["contact"].startswith("kept")
+    apart = red.fringe_scale_per_px2 - green.fringe_scale_per_px2
+    assert abs(apart) < 2 * max(red.fringe_scale_sd, green.fringe_scale_sd)
