@@ -133,7 +133,7 @@ def an_answer(status="ok", **changes):
         origin=None,
         budgets=dict,
         dominant=str,
-        checks=list,
+        alternatives=list,
         to_dict=lambda: answer,
         figure=lambda: Figure(figsize=(1, 1)),
         report=lambda: f"radius {answer['radius_m']}",
