@@ -7,18 +7,15 @@ from jaxtyping import Float
 from numpy.polynomial.chebyshev import chebvander
 from scipy.optimize import nnls
 
-from fitting.colour.palette import Palette
-
 _RIDGE, _MOST_CHANGES = 1e-5, 30
 
 
 class Channel(NamedTuple):
-    """Amplitudes [components], model and weighted residual of the bins [bins], weighted penalties [components - 2]."""
+    """Amplitudes [components], model and weighted residual of the bins [bins]."""
 
     amplitudes: Float[np.ndarray, " components"]
     model: Float[np.ndarray, " bins"]
     residual: Float[np.ndarray, " bins"]
-    penalty: Float[np.ndarray, " rows"]
 
 
 def background(squares: Float[np.ndarray, " bins"], degree: int) -> Float[np.ndarray, "bins terms"]:
@@ -32,7 +29,6 @@ def solve(
     smooth: Float[np.ndarray, "bins terms"],
     values: Float[np.ndarray, " bins"],
     weight: Float[np.ndarray, " bins"],
-    palette: Palette,
 ) -> Channel:
     """The least squares solution (C. L. Lawson and R. J. Hanson, Solving Least Squares Problems, 1974, chapter 23).
 
@@ -48,15 +44,10 @@ def solve(
     target = target - basis @ along
     reduced, small = np.linalg.qr(columns)
     right = reduced.T @ target
-    rough = np.zeros((0, columns.shape[1]))
-    if palette.roughness:
-        size = palette.roughness * float(np.sqrt(weight.sum()))
-        rough = size * np.diff(np.eye(columns.shape[1]), 2, axis=0)
     # Of columns that are nearly alike a little of each: without, the active set may go round in circles.
     ridge = _RIDGE * float(np.linalg.norm(small)) * np.eye(columns.shape[1])
-    system = np.concatenate([small, rough, ridge])
-    zeros = np.zeros(len(rough) + len(ridge))
-    amplitudes, _ = nnls(system, np.concatenate([right, zeros]), maxiter=_MOST_CHANGES * len(ridge))
+    system = np.concatenate([small, ridge])
+    amplitudes, _ = nnls(system, np.concatenate([right, np.zeros(len(ridge))]), maxiter=_MOST_CHANGES * len(ridge))
     constants = np.linalg.lstsq(triangle, along - across @ amplitudes, rcond=1e-12)[0]
     model = smooth @ constants + waves @ amplitudes
-    return Channel(amplitudes, model, target - columns @ amplitudes, rough @ amplitudes)
+    return Channel(amplitudes, model, target - columns @ amplitudes)

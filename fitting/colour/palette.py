@@ -13,8 +13,6 @@ _WEAKEST = 0.05
 _LINE = 2e-9
 # Bands of phosphors, continua and filters, as a non-negative sum of Gaussian ones: middles and full width [m].
 BANDS, BAND_WIDTH = np.arange(400e-9, 721e-9, 20e-9), 45e-9
-# Where nothing is known of the lamp: so many wavelengths, equidistant in wavenumber.
-_FREE = 48
 # A wavelength is a lamp's line within the first; lines further from it than the second beat with it [m].
 _SAME, _APART, _VISIBLE = 0.3e-9, 5e-9, (400e-9, 700e-9)
 
@@ -23,13 +21,11 @@ class Palette(NamedTuple):
     """Components of light.
 
     - `wavelengths` [m] and full widths at half maximum of Gaussian profiles [m], [components].
-    - `roughness`: by how much neighbouring components are held together; 0 for not.
     - `lines`: how many are lines; they come first.
     """
 
     wavelengths: Float[np.ndarray, " components"]
     widths: Float[np.ndarray, " components"]
-    roughness: float = 0.0
     lines: int = 0
 
 
@@ -64,10 +60,3 @@ def of_lamp(lines: Float[np.ndarray, " lines"], band_width: float = BAND_WIDTH) 
     wavelengths = np.concatenate([lines, BANDS])
     widths = np.concatenate([np.zeros(len(lines)), np.full(len(BANDS), band_width)])
     return Palette(wavelengths, widths, lines=len(lines))
-
-
-def of_unknown() -> Palette:
-    """Any light of 380 to 760 nm."""
-    wavenumbers = np.linspace(1 / 380e-9, 1 / 760e-9, _FREE)
-    spacing = wavenumbers[0] - wavenumbers[1]
-    return Palette(1 / wavenumbers, spacing / wavenumbers**2, roughness=0.03)

@@ -47,12 +47,12 @@ class Problem:
             if size not in by_size:
                 by_size[size] = waves(self.palette, curve, profiles.squares, profiles.width, channel, self.view)
             columns = by_size[size]
-            answers.append(solve(columns, smooth, means[k], weight[k] / self.variances[k], self.palette))
+            answers.append(solve(columns, smooth, means[k], weight[k] / self.variances[k]))
         return answers
 
     def residual(self, curve: Curve) -> Float[np.ndarray, " rows"]:
         """Of all bins, penalties and priors, in standard deviations."""
-        parts = [row for answer in self.solved(curve) for row in (answer.residual, answer.penalty)]
+        parts = [answer.residual for answer in self.solved(curve)]
         held = [getattr(curve, name) / sd for name in self.free if (sd := PRIORS[name])]
         return np.concatenate([*parts, np.array(held)])
 

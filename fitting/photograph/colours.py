@@ -183,7 +183,7 @@ def _warnings(task: Task, fit: ColourFit, photographs: tuple[Photograph, ...]) -
 
 
 def _doubt(odds: dict[str, float], light: LampLight):
-    """Why the light that was quantities is not that of the rings; None where it is."""
+    """Why the light that was given is not that of the rings; None where it is."""
     best = max((name for name in odds if name != BANDS_ALONE), key=lambda name: odds[name])
     if odds[best] > _OTHER_LAMP:
         return ColourReason.ANOTHER_LAMP(best=best, lines=light.words, odds=odds[best])

@@ -36,7 +36,7 @@ def test_amplitudes_are_found_and_never_negative():
     truth = np.zeros(columns.shape[1])
     truth[[1, 2, 12]] = 0.2, 0.5, 0.3
     values = 1 + 1e-5 * squares + columns @ truth
-    answer = solve(columns, background(squares, 3), values, np.ones(800), palette)
+    answer = solve(columns, background(squares, 3), values, np.ones(800))
     assert (answer.amplitudes >= 0).all()
     np.testing.assert_allclose(answer.model, values, atol=1e-3)
     assert answer.amplitudes[2] == pytest.approx(0.5, abs=0.02)

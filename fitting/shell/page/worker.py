@@ -4,7 +4,7 @@ import asyncio
 import multiprocessing
 import threading
 import time
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -148,11 +148,3 @@ class Worker:
                 self._answer.set_result(content)
             else:
                 self._answer.set_exception(WorkError(content))
-
-
-def in_background(work: Coroutine[Any, Any, Any], running: set[asyncio.Task]) -> asyncio.Task:
-    """A task that is kept until it is done: the loop itself holds none."""
-    task = asyncio.get_running_loop().create_task(work)
-    running.add(task)
-    task.add_done_callback(running.discard)
-    return task
