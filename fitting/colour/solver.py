@@ -51,7 +51,7 @@ class Problem:
         return answers
 
     def residual(self, curve: Curve) -> Float[np.ndarray, " rows"]:
-        """Of all bins, penalties and priors, in standard deviations."""
+        """Of all bins and priors, in standard deviations."""
         parts = [answer.residual for answer in self.solved(curve)]
         held = [getattr(curve, name) / sd for name in self.free if (sd := PRIORS[name])]
         return np.concatenate([*parts, np.array(held)])

@@ -2,6 +2,7 @@
 
 from fitting.photo.evidence import evidence_of as evidence_of
 from fitting.photo.frames import frames_of as frames_of
+from fitting.photo.masks import checked_mask as checked_mask
 from fitting.photo.matched_filter import Rings as Rings
 from fitting.photo.matched_filter import polish as polish
 from fitting.photo.matched_filter import search as search

@@ -26,20 +26,24 @@ _MOST_SD = 0.004
 _HOLE = 0.02
 
 
-def of_disc(photograph: Photograph, diameter: float, diameter_sd: float) -> Scale:
+def of_disc(photograph: Photograph, diameter: float, diameter_sd: float, allowed: np.ndarray | None = None) -> Scale:
     """The scale of a photograph of one dark or bright disc, or a refusal.
+
+    `allowed` [rows, columns]: True where the user lets pixels count; everywhere where it is not given. Of a bright disc
+    the photograph's own lit field is no such mask: it leaves out the dark ground.
 
     The image is an inner and an outer level with slopes, joined by an error function of the distance from an ellipse;
     what is saturated is at least as bright as it is. Of a ring the outer edge counts, and its width is fitted. The
     standard deviation is the jackknife's over sixteen sectors, with the diameter's own and half of the ellipse's
     stretch beyond its noise.
     """
-    start = _start(photograph)
+    allowed = np.ones_like(photograph.lit) if allowed is None else allowed
+    start = _start(photograph, allowed)
     if start is None:
         return Scale("refused", SheetReason.NO_DISC(), photograph=photograph)
-    vector, edge = start, _Edge(photograph, start)
+    vector, edge = start, _Edge(photograph, start, allowed)
     for _ in range(_ROUNDS):
-        edge = _Edge(photograph, vector)
+        edge = _Edge(photograph, vector, allowed)
         if not edge.is_enough():
             return _untold(photograph)
         vector = _fitted(edge, vector)
@@ -96,7 +100,7 @@ def _is_saturated(warning: str) -> bool:
     return getattr(warning, "code", "") == Reason.SATURATED.name
 
 
-def _start(photograph: Photograph) -> np.ndarray | None:
+def _start(photograph: Photograph, allowed: np.ndarray) -> np.ndarray | None:
     """Centre, radius and levels of the largest connected spot on either side of the middle level, off the frame."""
     image = ndimage.gaussian_filter(photograph.image, 1.0)
     low, high = np.percentile(image, [2, 98])
@@ -105,7 +109,7 @@ def _start(photograph: Photograph) -> np.ndarray | None:
     best = None
     for is_inside in (image < (low + high) / 2, image > (low + high) / 2):
         labels = np.empty(is_inside.shape, np.int32)
-        ndimage.label(is_inside, output=labels)
+        ndimage.label(is_inside & allowed, output=labels)
         edge = np.unique(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
         sizes = np.bincount(labels.ravel())
         sizes[edge], sizes[0] = 0, 0
@@ -122,21 +126,21 @@ def _start(photograph: Photograph) -> np.ndarray | None:
     return np.array([x, y, radius, 0.0, 0.0, 2.0, inside, outside - inside, 0.0, 0.0, *width])
 
 
-def _is_usable(photograph: Photograph, start: np.ndarray) -> np.ndarray:
-    """Where the light counts: the lit field; of a bright disc everywhere, since its dark ground is taken for unlit."""
+def _is_usable(photograph: Photograph, start: np.ndarray, allowed: np.ndarray) -> np.ndarray:
+    """Where the light counts: the lit field; of a bright disc all that is allowed, its dark ground included."""
     contrast = start[7]
-    return photograph.lit if contrast > 0 else np.ones_like(photograph.lit)
+    return photograph.lit if contrast > 0 else allowed
 
 
 class _Edge:
     """The pixels beside an edge, and how a model of it differs from them, in deviations of their noise."""
 
-    def __init__(self, photograph: Photograph, start: np.ndarray) -> None:
+    def __init__(self, photograph: Photograph, start: np.ndarray, allowed: np.ndarray) -> None:
         rows, columns = photograph.image.shape
         y, x = np.mgrid[:rows, :columns]
         beside = max(_BESIDE * abs(start[5]), _LEAST_BESIDE)
         outside = _distance(start, x, y)
-        near = (outside < beside) & (outside > -min(beside, start[2])) & _is_usable(photograph, start)
+        near = (outside < beside) & (outside > -min(beside, start[2])) & _is_usable(photograph, start, allowed)
         self._x, self._y, self._light = x[near], y[near], photograph.image[near]
         top = photograph.image[photograph.lit & ~photograph.mask].min(initial=np.inf)
         self._is_clipped = self._light >= top

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from fitting.parameters import Progress, absolute_sd, number, progress_of, says_its_origin
-from fitting.photo import read
+from fitting.photo import checked_mask, read
 from fitting.reasons import Reason
 from fitting.reticle.disc import of_disc
 from fitting.reticle.lattice import of_grid
@@ -74,7 +74,8 @@ def scale(
         raise ValueError("no photograph is given; two points and their distance alone need none")
     photograph = read(image, transfer, mask, page)
     if name == "disc_diameter":
-        return of_disc(photograph, size, sd)
+        allowed = None if mask is None else checked_mask(mask, photograph.lit.shape)
+        return of_disc(photograph, size, sd, allowed)
     if name == "ruler":
         return of_ruler(photograph, size, sd)
     with progress_of(progress, "measuring the grid") as done:

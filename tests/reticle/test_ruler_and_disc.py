@@ -72,3 +72,19 @@ def test_a_disc_is_saved_and_drawn(tmp_path):
 def test_a_bright_disc_is_measured_though_its_light_is_clipped():
     deviations = [deviation("disc, clipped", seed) for seed in (10_000, 10_004)]
     assert np.all(np.abs(np.array(deviations, dtype=float)) < 3)
+
+
+def test_a_mask_takes_out_what_lies_beside_a_bright_disc():
+    """A larger spot beside it, and a speck on its edge."""
+    image, diameter = disc(10_008, "disc")
+    beside = np.full((image.shape[0], 200), image.min())
+    beside[20:220, 10:190] = image.max()
+    picture = np.concatenate([image, beside], axis=1)
+    picture[115:125, 190:206] = picture.max()
+    mask = np.zeros(picture.shape, bool)
+    mask[:, : image.shape[1]] = True
+    mask[110:130, 185:210] = False
+    result = fitting.scale(picture, disc_diameter=diameter, transfer="linear", mask=mask)
+    assert abs(result.pixel_size - SIZE) < 3 * result.pixel_size_sd < 0.01 * SIZE
+    unmasked = fitting.scale(picture, disc_diameter=diameter, transfer="linear")
+    assert unmasked.pixel_size is None or abs(unmasked.pixel_size / SIZE - 1) > 0.01
