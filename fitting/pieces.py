@@ -23,6 +23,6 @@ class Piece(Wording):
     COUNTED_TOO_HIGH = "the orders may be counted {rings} too high, or "
     RINGS_BETWEEN = "if {rings} between them, {then}"
     NO_RINGS_BETWEEN = "no whole number of rings explains it"
-    SLIP = ": {look}; if so, the {measured} is {value:.4g} m"
+    SLIP = ": {look}; if so, the {measured} is {value:.4g}{unit}"
     SIZES_LOOK_LIKE = "what the table calls {called} look like {look}"
     UNIT_LOOKS_LIKE = "what the table calls {unit} looks like {look}"

@@ -257,8 +257,8 @@ class Reason(Wording):
         "{measured}'s sd is {by_scatter} and not {stated}"
     )
     BEYOND_SENSIBLE = (
-        "the {measured} of {value:.4g} m is beyond {low:g} to {high:g} m: check units and columns{slip} (name the "
-        "column with columns or --column)"
+        "the {measured} of {value:.4g}{unit} is beyond {low:g} to {high:g}{unit}: check units, columns and "
+        "what is given{slip} (name the column with columns or --column)"
     )
     NOT_AS_EXPECTED = (
         "the {measured} is {ratio:.2g} times the expected one{slip} (name the column with columns or --column)"

@@ -9,16 +9,18 @@ from fitting.reasons import Reason
 from fitting.tables.headers import METRES
 from newtonjax.numerics import Statement
 
-# What lenses and lamps have [m]; beyond, a unit was mistaken.
-_SENSIBLE = {"radius": (1e-3, 1e3), "wavelength": (100e-9, 20e-6)}
+# What lenses and lamps have [m], and what fills a gap; beyond, a unit or a given number was mistaken.
+_SENSIBLE = {"radius": (1e-3, 1e3), "wavelength": (100e-9, 20e-6), "gap_index": (0.9, 2.5)}
 # Where no rough value is known, a proposal lies where most lenses and lamps are.
-_USUAL = {"radius": (5e-3, 100.0), "wavelength": (380e-9, 1100e-9)}
+_USUAL = {"radius": (5e-3, 100.0), "wavelength": (380e-9, 1100e-9), "gap_index": (1.0, 1.9)}
+# The index falls with the square of the sizes, the others grow with it.
+_POWERS = {"gap_index": -1.0}
 
 
 def doubts(measured: str, value: float, expected: float | None, column: str, unit: str) -> list[Statement]:
-    """Warnings on a radius or wavelength [m] that is not as expected, or not as any is, with what would explain it.
+    """Warnings on a radius or wavelength [m], or an index, that is not as expected, or not as any is.
 
-    `column`: what sizes were read from; `unit`: in which unit.
+    They say what would explain it. `column`: what sizes were read from; `unit`: in which unit.
     """
     if expected is None and measured not in _SENSIBLE:
         return []
@@ -27,10 +29,13 @@ def doubts(measured: str, value: float, expected: float | None, column: str, uni
         if low <= value <= high:
             return []
         usual = _USUAL[measured]
-        slips = [(factor, words) for factor, words in _slips(column, unit) if usual[0] <= value * factor <= usual[1]]
+        power = _POWERS.get(measured, 1.0)
+        slips = [(factor**power, words) for factor, words in _slips(column, unit)]
+        slips = [(factor, words) for factor, words in slips if usual[0] <= value * factor <= usual[1]]
         slips.sort(key=lambda slip: abs(np.log(slip[0])))
         slip = _likeliest(slips, measured, value)
-        return [Reason.BEYOND_SENSIBLE(measured=measured, value=value, low=low, high=high, slip=slip)]
+        about = {"measured": measured.replace("_", " "), "unit": _unit(measured)}
+        return [Reason.BEYOND_SENSIBLE(value=value, low=low, high=high, slip=slip, **about)]
     ratio = value / expected
     slips = sorted(_slips(column, unit), key=lambda slip: abs(np.log(ratio * slip[0])))[:1]
     # Where nothing explains a difference, one by a factor of two is worth a word.
@@ -46,7 +51,12 @@ def _likeliest(slips: list[tuple[float, Statement]], measured: str, value: float
     if not slips:
         return ""
     factor, look = slips[0]
-    return Piece.SLIP(look=look, measured=measured, value=value * factor)
+    named = {"measured": measured.replace("_", " "), "unit": _unit(measured)}
+    return Piece.SLIP(look=look, value=value * factor, **named)
+
+
+def _unit(measured: str) -> str:
+    return "" if measured == "gap_index" else " m"
 
 
 def _slips(column: str, unit: str) -> Iterator[tuple[float, Statement]]:

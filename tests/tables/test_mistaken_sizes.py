@@ -20,6 +20,18 @@ def test_a_unit_that_makes_no_lens_is_doubted(factor, words):
         assert proposed == pytest.approx(0.05, rel=1e-3)
 
 
+def test_an_index_that_nothing_has_is_doubted_and_falls_with_the_square_of_the_sizes():
+    """Rings of a lens of 1.2 m in air, whose radius is given as 0.6 m or as it is; and their radii called diameters, index 1."""
+    order = np.arange(1, 12)
+    sizes = rings_of(order, radius=1.2, noise=1e-4)
+    of_index = {"wavelength": WAVELENGTH}
+    lens = fitting.rings({"order": order, "diameter_mm": sizes}, radius=0.6, **of_index)
+    assert any("the gap index of 0.5 is beyond 0.9 to 2.5" in text for text in lens.warnings)
+    halved = fitting.rings({"order": order, "diameter_mm": sizes / 2}, radius=1.2, **of_index)
+    assert any("look like radii; if so, the gap index is 1 " in f"{text} " for text in halved.warnings), halved.warnings
+    assert not fitting.rings({"order": order, "diameter_mm": sizes}, radius=1.2, **of_index).warnings
+
+
 @pytest.mark.parametrize(
     ("column", "factor", "proposal"),
     [("radius_mm", 2, "radii look like diameters"), ("diameter_mm", 0.5, "diameters look like radii"),
