@@ -34,8 +34,8 @@ def doubts(measured: str, value: float, expected: float | None, column: str, uni
         slips = [(factor, words) for factor, words in slips if usual[0] <= value * factor <= usual[1]]
         slips.sort(key=lambda slip: abs(np.log(slip[0])))
         slip = _likeliest(slips, measured, value)
-        about = {"measured": measured.replace("_", " "), "unit": _unit(measured)}
-        return [Reason.BEYOND_SENSIBLE(value=value, low=low, high=high, slip=slip, **about)]
+        name, in_unit = measured.replace("_", " "), _unit(measured)
+        return [Reason.BEYOND_SENSIBLE(measured=name, value=value, low=low, high=high, unit=in_unit, slip=slip)]
     ratio = value / expected
     slips = sorted(_slips(column, unit), key=lambda slip: abs(np.log(ratio * slip[0])))[:1]
     # Where nothing explains a difference, one by a factor of two is worth a word.
@@ -51,8 +51,7 @@ def _likeliest(slips: list[tuple[float, Statement]], measured: str, value: float
     if not slips:
         return ""
     factor, look = slips[0]
-    named = {"measured": measured.replace("_", " "), "unit": _unit(measured)}
-    return Piece.SLIP(look=look, value=value * factor, **named)
+    return Piece.SLIP(look=look, measured=measured.replace("_", " "), value=value * factor, unit=_unit(measured))
 
 
 def _unit(measured: str) -> str:

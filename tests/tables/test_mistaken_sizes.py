@@ -21,7 +21,7 @@ def test_a_unit_that_makes_no_lens_is_doubted(factor, words):
 
 
 def test_an_index_that_nothing_has_is_doubted_and_falls_with_the_square_of_the_sizes():
-    """Rings of a lens of 1.2 m in air, whose radius is given as 0.6 m or as it is; and their radii called diameters, index 1."""
+    """Rings of a lens of 1.2 m in air, whose radius is given as 0.6 m; and their radii called diameters, index 1."""
     order = np.arange(1, 12)
     sizes = rings_of(order, radius=1.2, noise=1e-4)
     of_index = {"wavelength": WAVELENGTH}
