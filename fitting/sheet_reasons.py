@@ -22,6 +22,10 @@ class SheetReason(Wording):
         "the edge of the disc does not tell its radius: its light is clipped, so that level, blur and radius stand for "
         "one another; expose less, or photograph a dark disc on bright ground"
     )
+    DISC_CURVE = (
+        "the codes are taken for sRGB; were they linear light, the pixel size would be {change:.2%} {size}: a quarter "
+        "of that is in the standard deviation; give transfer (--transfer) where the camera's curve is known"
+    )
     DISC_NOT_ROUND = (
         "the disc is {uneven:.2g} longer one way than across it: seen at a slant, or no square pixels; half of that is "
         "in the standard deviation"

@@ -8,9 +8,9 @@ droplets). An answer is confidently wrong beyond four standard deviations, or wh
 picture in four has no pixel size, and its fringe scale is judged. Beside them plain rings with two ordinary defects,
 which may be refused in 2 % at most; rings of a JPEG of quality 50; and rings with noise alone, of which each rival
 speaks up by chance in at most 1 %.
-Thresholds were set on seeds from 0; the table is of others, from 5000.
+Thresholds were set on seeds from 0, and some looking at those from 5000; the table is of others, from 9000.
 
-    python -m experiments.truth.rivals [--seeds 20] [--plain 200] [--first 5000] [--quick]
+    python -m experiments.truth.rivals [--seeds 20] [--plain 200] [--first 9000] [--quick]
 """
 
 import argparse
@@ -22,11 +22,11 @@ from experiments.truth.plain_pictures import UNSCALED, jpeg_50, on_model, ordina
 from experiments.truth.ring_field import PIXEL_SIZE, WAVELENGTH
 from experiments.truth.rival_pictures import KINDS, RivalPicture, picture
 
-_HELD_OUT = 5000
+_HELD_OUT = 9000
 _COVERED, _DEVIATIONS = 1.96, 4.0
 _PLAIN = {"on the model": on_model, "ordinary defects": ordinary, "JPEG 50": jpeg_50}
-# As it is today: 6 of 400, three of them astigmatic lenses without a scale.
-_MOST_WRONG = 0.015
+# As it is today: none of 400.
+_MOST_WRONG = 0.0
 
 
 def outcome(made: RivalPicture, seed: int) -> dict:
@@ -96,7 +96,7 @@ def main() -> None:
     print(f"confidently wrong {wrong} of {sum(row['pictures'] for row in rivals)}")
     for row in plain_rings:
         assert row["refused"] <= 0.02 * row["pictures"] + 1, row
-    assert wrong <= _MOST_WRONG * sum(row["pictures"] for row in rivals) + 1
+    assert wrong <= _MOST_WRONG * sum(row["pictures"] for row in rivals)
     if not options.quick:
         reasons = {kind: Counter(row["message"] for row in of if row["message"]) for kind, of in rows.items()}
         doubtful = {kind: [row for row in of if row["confidently wrong"]] for kind, of in rows.items()}

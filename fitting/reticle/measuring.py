@@ -1,6 +1,7 @@
 """The verb `scale`: the pixel size from one thing of known size: a grid, a ruler, a disc, or two points."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,12 @@ from fitting.reticle.disc import of_disc
 from fitting.reticle.lattice import of_grid
 from fitting.reticle.result import Scale
 from fitting.reticle.ruler import of_ruler
+from fitting.sheet_reasons import SheetReason
 from newtonjax.numerics import shown
+
+# Curves of cameras, of exponents from 1.8 to 2.6, differ from sRGB by a quarter of what sRGB differs from linear light;
+# the edge of a disc is where the blurred light is half, and moves with the curve.
+_CURVE, _SPOKEN_OF = 0.25, 1e-3
 
 
 @says_its_origin
@@ -75,11 +81,29 @@ def scale(
     photograph = read(image, transfer, mask, page)
     if name == "disc_diameter":
         allowed = None if mask is None else checked_mask(mask, photograph.lit.shape)
-        return of_disc(photograph, size, sd, allowed)
+        measured = of_disc(photograph, size, sd, allowed)
+        if transfer is not None or photograph.transfer != "srgb":
+            return measured
+        return _with_curve(measured, of_disc(read(image, "linear", mask, page), size, sd, allowed))
     if name == "ruler":
         return of_ruler(photograph, size, sd)
     with progress_of(progress, "measuring the grid") as done:
         return of_grid(photograph, size, sd, done)
+
+
+def _with_curve(measured: Scale, linear: Scale) -> Scale:
+    """The scale with what a camera's curve, of which sRGB is a guess, does to it; `linear`: by codes that are light."""
+    if measured.pixel_size is None or linear.pixel_size is None:
+        return measured
+    change = linear.pixel_size / measured.pixel_size - 1
+    added = _CURVE * abs(change) * measured.pixel_size
+    names = ("pixel_size_sd", "pixel_size_x_sd", "pixel_size_y_sd")
+    sds = {name: float(np.hypot(getattr(measured, name), added)) for name in names}
+    warnings = list(measured.warnings)
+    if abs(change) > _SPOKEN_OF:
+        size = "larger" if change > 0 else "smaller"
+        warnings.append(SheetReason.DISC_CURVE(change=abs(change), size=size))
+    return replace(measured, warnings=warnings, **sds)
 
 
 def _length(name: str, value: float | None) -> float:

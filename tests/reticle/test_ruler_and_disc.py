@@ -88,3 +88,13 @@ def test_a_mask_takes_out_what_lies_beside_a_bright_disc():
     assert abs(result.pixel_size - SIZE) < 3 * result.pixel_size_sd < 0.01 * SIZE
     unmasked = fitting.scale(picture, disc_diameter=diameter, transfer="linear")
     assert unmasked.pixel_size is None or abs(unmasked.pixel_size / SIZE - 1) > 0.01
+
+
+def test_a_curve_that_is_a_guess_counts_for_a_disc():
+    """Linear codes that are taken for sRGB, and sRGB that is said to be."""
+    image, diameter = disc(10_002, "disc")
+    guessed, linear = (fitting.scale(image, disc_diameter=diameter, transfer=curve) for curve in (None, "linear"))
+    assert "DISC_CURVE" in guessed.warning_codes
+    added = guessed.pixel_size_sd**2 - linear.pixel_size_sd**2
+    assert np.sqrt(added) == pytest.approx(0.25 * abs(guessed.pixel_size - linear.pixel_size), rel=0.02)
+    assert "DISC_CURVE" not in fitting.scale(image, disc_diameter=diameter, transfer="srgb").warning_codes
