@@ -55,22 +55,25 @@ class Outputs(NamedTuple):
     def write(
         self, result, measured: Sequence[Measured], extras: Extras | None = None, picture_bytes: bytes = b""
     ) -> int:
-        """Print the report, or why there is no answer, and write the files that were asked for; the exit status.
+        """Write the files that were asked for, and print the report, or why there is no answer; the exit status.
 
         `measured`: the files; `extras`: more for the answer, for the text, and for the folder; `picture_bytes`: the
         picture, if it is drawn already.
         """
         status, extras = _EXIT[result.status], extras or Extras()
         answer, text = _texts(result, extras)
-        if self.json == "-":
-            sys.stdout.write(answer)
-        elif status != 3:
-            print(text)
-        if path := self._json_path():
-            output.write(path, answer, self.force)
-        if self.folder is not None:
-            picture_bytes = self._write_result(result, answer, text, picture_bytes)
-            self._write_further(result, measured, extras, text, picture_bytes)
+        # Whoever reads the text may be gone by now, and a disk may be full: neither loses the other.
+        try:
+            if path := self._json_path():
+                output.write(path, answer, self.force)
+            if self.folder is not None:
+                picture_bytes = self._write_result(result, answer, text, picture_bytes)
+                self._write_further(result, measured, extras, text, picture_bytes)
+        finally:
+            if self.json == "-":
+                sys.stdout.write(answer)
+            elif status != 3:
+                print(text)
         if status:
             print(f"newtonjax: {result.status}: {' '.join(result.message.split())}", file=sys.stderr)
         return status

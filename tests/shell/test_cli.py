@@ -1,5 +1,6 @@
 """The command: wrong usage, pictures, answers, exit statuses and what it asks of JAX."""
 
+import contextlib
 import json
 import os
 import subprocess
@@ -217,6 +218,18 @@ def test_the_folder_gets_picture_report_and_answer_once(fitted, tmp_path, capsys
     assert "--force" in refusal(capsys, *arguments)
     assert len(fitted.calls) == 1  # refused before the fit
     assert main([*arguments, "--force"]) == 0
+
+
+def test_files_are_written_though_whoever_reads_the_text_is_gone(fitted, tmp_path, monkeypatch):
+    """As `newtonjax fit ... | head -1` may leave it."""
+
+    def gone(_):
+        raise BrokenPipeError
+
+    with monkeypatch.context() as patch, contextlib.suppress(BrokenPipeError, SystemExit):
+        patch.setattr(sys, "stdout", SimpleNamespace(write=gone, flush=lambda: None, isatty=lambda: False))
+        main(["fit", fitted.photo, "--output-dir", str(tmp_path / "results")])
+    assert sum(1 for _ in (tmp_path / "results").iterdir()) == 4
 
 
 def test_the_answer_never_replaces_the_photograph(fitted, capsys):
