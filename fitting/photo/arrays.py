@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import ndimage
 
+from fitting.photo.codes import SATURATED
 from fitting.photo.smoothing import smooth
 from newtonjax.numerics import shown
 
@@ -12,8 +13,6 @@ _ALLOWED = "an array of real numbers, [rows, columns] or with 1 to 4 channels, 1
 _FEWEST = 16
 # Two levels are looked for in every so many-th row and column before all are compared.
 _SAMPLED = 37
-# A code this near the top of its range no longer follows the light.
-SATURATED = 0.98
 _LARGEST = 1e15
 # Channels are compared on so many blocks of 2 x 2 pixels to a side.
 _COMPARED = 720

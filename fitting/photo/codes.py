@@ -1,13 +1,18 @@
-"""One channel of a photograph as its codes, and the linear light that they stand for, made in bands of rows."""
+"""One channel of a photograph as its codes, the linear light that they stand for, and which of them are usable."""
 
 import functools
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy import ndimage
+
+from fitting.photo.smoothing import smooth
 
 # Rows of light that are made at a time: a band stays in the processor's cache.
 _BAND = 64
+# A code this near the top of its range no longer follows the light.
+SATURATED = 0.98
 
 
 @dataclass(frozen=True)
@@ -112,6 +117,11 @@ class Codes:
         """The same codes with their light raised to an exponent."""
         return replace(self, curve=replace(self.curve, fitted=self.curve.fitted * exponent))
 
+    def is_uniform(self, mask: np.ndarray) -> bool:
+        """Whether all codes where a mask is True are one; a sample tells it of most photographs."""
+        sample = thin(mask)
+        return _is_one(self.codes[sample][mask[sample]]) and _is_one(self.codes[mask])
+
     @property
     def _index(self) -> type:
         return np.uint8 if self.codes.dtype.itemsize == 1 else np.uint16
@@ -132,3 +142,93 @@ def _sums(band: np.ndarray, factor: int, kind: type) -> np.ndarray:
     """Sums over blocks of a band whose sides are multiples of `factor`."""
     lines = band.reshape(-1, factor, band.shape[1]).sum(axis=1, dtype=kind)
     return functools.reduce(np.add, (lines[:, k::factor] for k in range(factor)))
+
+
+def _is_one(values: np.ndarray) -> bool:
+    """Whether all values are the same; those of one bit have no differences."""
+    return not values.size or bool(values.min() == values.max())
+
+
+def thin(mask: np.ndarray, pixels: int = 200_000) -> tuple[slice, slice]:
+    """Every so many rows and columns, so that about so many of a mask's pixels are left for a statistic."""
+    step = max(1, int(np.sqrt(np.count_nonzero(mask) / pixels)))
+    return slice(None, None, step), slice(None, None, step)
+
+
+def saturation(plane: np.ndarray, top: float) -> float:
+    """The code from which on light is no longer followed."""
+    return min(SATURATED * top, _pile_up(plane))
+
+
+def _pile_up(code: np.ndarray) -> float:
+    """The code at which light piled up, below the top of its type (12 bits in 16, a clipped array); else infinite.
+
+    At an unclipped crest the last two codes hold pixels as sqrt(1) to sqrt(2) - sqrt(1).
+    """
+    code = code[thin(np.isfinite(code))]
+    finite = code[np.isfinite(code)]
+    if finite.size == 0:
+        return np.inf
+    at = finite == finite.max()
+    below = finite[~at]
+    if at.mean() < 0.02 or below.size == 0:
+        return np.inf
+    return float(finite.max()) if at.sum() > 6 * (below == below.max()).sum() else np.inf
+
+
+def not_wild(codes: Codes, lit: np.ndarray) -> np.ndarray:
+    """False for pixels further outside of the middle 99 % than these are wide: hot, dead or struck, as no rings are."""
+    sample = thin(lit, 40_000)
+    if not lit[sample].any():
+        return np.ones(codes.shape, bool)
+    low, high = np.percentile(codes.light_where(lit[sample], sample), [0.5, 99.5])
+    return np.ones(codes.shape, bool) if high == low else codes.between(2 * low - high, 2 * high - low)
+
+
+def lit_field(codes: Codes) -> np.ndarray:
+    """The part of the frame inside the field stop: everything, unless one bright region stands in a dark surround.
+
+    Wide dark rings are no surround: there are other bright ones beyond them, or the dark is a small part of the frame,
+    or it is far from even (numbers from real stops and from rendered rings of 0.1 to 10 m).
+    """
+    everything = np.ones(codes.shape, bool)
+    width = max(2.0, min(codes.shape) / 40)
+    factor = max(1, int(width / 4))
+    width /= factor
+    blurred = smooth(codes.means(factor)[0], width)
+    if np.ptp(blurred) == 0:
+        return everything
+    bright = blurred > _threshold(blurred)
+    high, low = blurred[bright].mean(), blurred[~bright].mean()
+    field = _largest(np.asarray(ndimage.binary_fill_holes(bright)))
+    dark = np.asarray(ndimage.binary_erosion(~field, iterations=round(2 * width), border_value=1), bool)
+    if low > 0.5 * high or dark.mean() < 0.15 or (bright & ~field).sum() > 0.01 * bright.sum():
+        return everything
+    if np.subtract(*np.percentile(blurred[dark], [90, 10])) > 0.65 * (high - low):
+        return everything
+    # Near halfway down the edge lies the stop; the blur's width further in, light is no longer cut.
+    field = _largest(np.asarray(ndimage.binary_fill_holes(blurred > low + 0.35 * (high - low))))
+    field = ndimage.binary_erosion(field, iterations=round(width), border_value=1)
+    rows, columns = (np.minimum(np.arange(n) // factor, m - 1) for n, m in zip(codes.shape, field.shape, strict=True))
+    # Whole rows at a time: both indices at once take ten times as long.
+    return field[:, columns][rows]
+
+
+def _threshold(values: np.ndarray) -> float:
+    """The level that divides values into two kinds with the largest variance between these (Otsu 1979)."""
+    counts, edges = np.histogram(values, 256)
+    middles = (edges[:-1] + edges[1:]) / 2
+    below = np.cumsum(counts)[:-1]
+    total = np.cumsum(counts * middles)
+    above = values.size - below
+    between = below * above * ((total[-1] - total[:-1]) / np.maximum(above, 1) - total[:-1] / below) ** 2
+    return float(middles[np.argmax(between)])
+
+
+def _largest(field: np.ndarray) -> np.ndarray:
+    labels = np.zeros(field.shape, np.int32)
+    ndimage.label(field, output=labels)
+    count = int(labels.max())
+    if count < 2:
+        return field
+    return labels == 1 + int(np.argmax(ndimage.sum_labels(field, labels, range(1, count + 1))))

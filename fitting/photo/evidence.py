@@ -5,11 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from fitting.photo.few_fringes import orders_of
 from fitting.photo.matched_filter import Rings
 from fitting.photo.reading import Photograph
-from fitting.photo.smoothing import noise_variance, pixels_of
-from fitting.photo.view import View, plane_wave, resolving_view, view_of
+from fitting.photo.view import View, noise_variance, orders_of, pixels_of, plane_wave, resolving_view, view_of
 from fitting.reasons import Reason
 from newtonjax.numerics import Statement
 

@@ -14,7 +14,6 @@ from numpy.polynomial.chebyshev import chebvander
 
 from fitting.photo.matched_filter import Rings
 from fitting.photo.reading import Photograph
-from fitting.photo.smoothing import pixels_of
 from fitting.photo.view import box_of, view_of
 
 # More fringes than this lose nothing to a background taken off first.
@@ -27,12 +26,6 @@ _FACTORS = (1.0, 0.6, 1.6)
 _FURTHEST = 5.0
 _STEPS, _DONE = 25, 1e-6
 _DEGREE = 4
-
-
-def orders_of(photograph: Photograph, rings: Rings) -> float:
-    """Fringes of the rings over the photograph's usable pixels."""
-    x, y = pixels_of(photograph.mask)
-    return rings.scale * float(np.ptp((x - rings.centre[0]) ** 2 + (y - rings.centre[1]) ** 2)) if len(x) else 0.0
 
 
 def with_background(photograph: Photograph, rings: Rings) -> Rings:

@@ -11,7 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import fft
 
+from fitting.photo.smoothing import block_means
+
 _BLOCKS = 32
+
+
+# Pixels to a side of the image on which rings are looked for first, and cycles of the finest fringe that it resolves.
+_COARSEST, _RESOLVED = 128, 0.2
 
 
 @dataclass(frozen=True)
@@ -148,3 +154,17 @@ def _vertex(values: list[float], at: int) -> float:
     before, most, after = values[at - 1 : at + 2]
     bend = before - 2 * most + after
     return 0.5 * (before - after) / bend if bend < 0 else 0.0
+
+
+def from_coarsest(fringes: np.ndarray) -> Rings:
+    """The best candidate of an image's coarsest block means, followed to the ones that resolve it."""
+    factor = max(1, -(-max(fringes.shape) // _COARSEST))
+    candidates = [rings.on_pixels(factor) for rings in search(block_means(fringes, factor))]
+    while True:
+        small = block_means(fringes, factor)
+        candidates = [polish(small, rings.on_blocks(factor)).on_pixels(factor) for rings in candidates]
+        candidates = sorted(candidates, key=lambda rings: -rings.match)
+        if factor == 1 or candidates[0].finest(fringes.shape) * factor < _RESOLVED:
+            return candidates[0]
+        candidates = candidates[: 3 if factor > 3 else 2]
+        factor = factor // 2

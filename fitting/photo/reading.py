@@ -5,13 +5,11 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from scipy import ndimage
 
-from fitting.photo.arrays import SATURATED, Planes, below, clearest_channel, planes_of
-from fitting.photo.codes import Codes, Curve
+from fitting.photo.arrays import Planes, below, clearest_channel, planes_of
+from fitting.photo.codes import Codes, Curve, lit_field, not_wild, saturation, thin
 from fitting.photo.image_file import SMALLER, load
 from fitting.photo.masks import checked_mask
-from fitting.photo.smoothing import smooth, thin
 from fitting.reasons import Reason
 from newtonjax.numerics import require_memory, shown
 
@@ -27,7 +25,8 @@ class Photograph:
     - `lit` [rows, columns]: as `mask`, with saturated pixels: bright they are, and a search that took them for nothing
       would find the rings of the mask.
     - `channel`: which was taken; `transfer`: how codes became light; `warnings`: what a person should know.
-    - `has_two_levels`: whether pixels are light or dark and nothing between.
+    - `has_two_levels`: whether pixels are light or dark and nothing between; `is_uniform`: whether all usable ones have
+      one code.
     """
 
     codes: Codes
@@ -37,22 +36,12 @@ class Photograph:
     transfer: str
     warnings: list[str] = field(default_factory=list)
     has_two_levels: bool = False
+    is_uniform: bool = False
 
     @cached_property
     def image(self) -> np.ndarray:
         """Linear light of every pixel, float64 [rows, columns]; made when first asked for."""
         return self.codes.light()
-
-    @property
-    def is_uniform(self) -> bool:
-        """Whether all usable pixels have one code; a sample tells it of most photographs."""
-        codes, sample = self.codes.codes, thin(self.mask)
-        some = codes[sample][self.mask[sample]]
-        return _is_one(some) and _is_one(codes[self.mask])
-
-    def light_rows(self, start: int, stop: int) -> np.ndarray:
-        """Linear light of the rows from `start` up to `stop`, float32 [rows, columns]."""
-        return self.codes.rows(start, stop)
 
 
 def read(
@@ -139,12 +128,13 @@ def _photograph(planes: Planes, label: str, transfer: str | float | None, mask, 
     lit, has_two_levels = planes.visible, planes.has_two_levels
     if not np.issubdtype(plane.dtype, np.integer):
         lit &= np.isfinite(plane)
-    lit &= _not_wild(codes, lit) & _lit(codes)
+    lit &= not_wild(codes, lit) & lit_field(codes)
     if mask is not None:
         lit &= checked_mask(mask, plane.shape)
     # Of two levels one is no saturation.
-    follows = below(plane, np.inf if has_two_levels else _saturation(plane, top))
+    follows = below(plane, np.inf if has_two_levels else saturation(plane, top))
     usable = lit & follows
+    is_uniform = codes.is_uniform(usable)
     share = 1.0 - float(np.mean(follows))
     if share > 0.02:
         warnings.append(Reason.SATURATED(share=share))
@@ -152,7 +142,7 @@ def _photograph(planes: Planes, label: str, transfer: str | float | None, mask, 
     light = codes.light_where(usable[sample], sample)
     unit = float(np.percentile(light, 99.5)) if light.size else 0.0
     codes = Codes(plane, replace(codes.curve, unit=unit or 1.0))
-    return Photograph(codes, usable, lit, label, name, warnings, has_two_levels)
+    return Photograph(codes, usable, lit, label, name, warnings, has_two_levels, is_uniform)
 
 
 def read_again(source: np.ndarray, like: Photograph) -> Photograph:
@@ -174,10 +164,11 @@ def read_again(source: np.ndarray, like: Photograph) -> Photograph:
     if not np.issubdtype(plane.dtype, np.integer):
         lit &= np.isfinite(plane)
     codes = Codes(plane, like.codes.curve)
-    lit &= _not_wild(codes, lit)
+    lit &= not_wild(codes, lit)
     top = like.codes.curve.top if np.issubdtype(plane.dtype, np.integer) else np.inf
-    usable = lit & below(plane, np.inf if like.has_two_levels else _saturation(plane, top))
-    return replace(like, codes=codes, lit=lit, mask=usable, warnings=[])
+    usable = lit & below(plane, np.inf if like.has_two_levels else saturation(plane, top))
+    is_uniform = codes.is_uniform(usable)
+    return replace(like, codes=codes, lit=lit, mask=usable, warnings=[], is_uniform=is_uniform)
 
 
 def _planes(source: str | Path | np.ndarray, page: int | None) -> tuple[Planes, list[str]]:
@@ -197,41 +188,6 @@ def _planes(source: str | Path | np.ndarray, page: int | None) -> tuple[Planes, 
     return planes, warnings
 
 
-def _is_one(values: np.ndarray) -> bool:
-    """Whether all values are the same; those of one bit have no differences."""
-    return not values.size or bool(values.min() == values.max())
-
-
-def _saturation(plane: np.ndarray, top: float) -> float:
-    """The code from which on light is no longer followed."""
-    return min(SATURATED * top, _pile_up(plane))
-
-
-def _pile_up(code: np.ndarray) -> float:
-    """The code at which light piled up, below the top of its type (12 bits in 16, a clipped array); else infinite.
-
-    At an unclipped crest the last two codes hold pixels as sqrt(1) to sqrt(2) - sqrt(1).
-    """
-    code = code[thin(np.isfinite(code))]
-    finite = code[np.isfinite(code)]
-    if finite.size == 0:
-        return np.inf
-    at = finite == finite.max()
-    below = finite[~at]
-    if at.mean() < 0.02 or below.size == 0:
-        return np.inf
-    return float(finite.max()) if at.sum() > 6 * (below == below.max()).sum() else np.inf
-
-
-def _not_wild(codes: Codes, lit: np.ndarray) -> np.ndarray:
-    """False for pixels further outside of the middle 99 % than these are wide: hot, dead or struck, as no rings are."""
-    sample = thin(lit, 40_000)
-    if not lit[sample].any():
-        return np.ones(codes.shape, bool)
-    low, high = np.percentile(codes.light_where(lit[sample], sample), [0.5, 99.5])
-    return np.ones(codes.shape, bool) if high == low else codes.between(2 * low - high, 2 * high - low)
-
-
 def _transfer(transfer: str | float | None, top: float) -> tuple[float | None, str]:
     """The curve's exponent, None for sRGB, and its name."""
     if transfer is None:
@@ -245,52 +201,3 @@ def _transfer(transfer: str | float | None, top: float) -> tuple[float | None, s
     if not 0.1 <= exponent <= 10:
         raise ValueError(f"transfer is {shown(transfer)}; allowed: 'linear', 'srgb', or an exponent from 0.1 to 10")
     return exponent, f"exponent {exponent:g}"
-
-
-def _lit(codes: Codes) -> np.ndarray:
-    """The part of the frame inside the field stop: everything, unless one bright region stands in a dark surround.
-
-    Wide dark rings are no surround: there are other bright ones beyond them, or the dark is a small part of the frame,
-    or it is far from even (numbers from real stops and from rendered rings of 0.1 to 10 m).
-    """
-    everything = np.ones(codes.shape, bool)
-    width = max(2.0, min(codes.shape) / 40)
-    factor = max(1, int(width / 4))
-    width /= factor
-    blurred = smooth(codes.means(factor)[0], width)
-    if np.ptp(blurred) == 0:
-        return everything
-    bright = blurred > _threshold(blurred)
-    high, low = blurred[bright].mean(), blurred[~bright].mean()
-    field = _largest(np.asarray(ndimage.binary_fill_holes(bright)))
-    dark = np.asarray(ndimage.binary_erosion(~field, iterations=round(2 * width), border_value=1), bool)
-    if low > 0.5 * high or dark.mean() < 0.15 or (bright & ~field).sum() > 0.01 * bright.sum():
-        return everything
-    if np.subtract(*np.percentile(blurred[dark], [90, 10])) > 0.65 * (high - low):
-        return everything
-    # Near halfway down the edge lies the stop; the blur's width further in, light is no longer cut.
-    field = _largest(np.asarray(ndimage.binary_fill_holes(blurred > low + 0.35 * (high - low))))
-    field = ndimage.binary_erosion(field, iterations=round(width), border_value=1)
-    rows, columns = (np.minimum(np.arange(n) // factor, m - 1) for n, m in zip(codes.shape, field.shape, strict=True))
-    # Whole rows at a time: both indices at once take ten times as long.
-    return field[:, columns][rows]
-
-
-def _threshold(values: np.ndarray) -> float:
-    """The level that divides values into two kinds with the largest variance between these (Otsu 1979)."""
-    counts, edges = np.histogram(values, 256)
-    middles = (edges[:-1] + edges[1:]) / 2
-    below = np.cumsum(counts)[:-1]
-    total = np.cumsum(counts * middles)
-    above = values.size - below
-    between = below * above * ((total[-1] - total[:-1]) / np.maximum(above, 1) - total[:-1] / below) ** 2
-    return float(middles[np.argmax(between)])
-
-
-def _largest(field: np.ndarray) -> np.ndarray:
-    labels = np.zeros(field.shape, np.int32)
-    ndimage.label(field, output=labels)
-    count = int(labels.max())
-    if count < 2:
-        return field
-    return labels == 1 + int(np.argmax(ndimage.sum_labels(field, labels, range(1, count + 1))))

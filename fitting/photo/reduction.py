@@ -118,7 +118,7 @@ def reduce(photograph: Photograph, block: int, dtype: type[np.floating] = np.flo
 
 def _light(photograph: Photograph, start: int, stop: int, dtype: type[np.floating]) -> np.ndarray:
     if dtype is np.float32:
-        return photograph.light_rows(start, stop)
+        return photograph.codes.rows(start, stop)
     return photograph.codes.light((slice(start, stop), slice(None)))
 
 

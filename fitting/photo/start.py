@@ -5,15 +5,13 @@ from itertools import product
 
 import numpy as np
 
-from fitting.photo.few_fringes import MANY, orders_of, with_background
-from fitting.photo.matched_filter import Rings, polish, search, settle
+from fitting.photo.few_fringes import MANY, with_background
+from fitting.photo.matched_filter import Rings, from_coarsest, polish, settle
 from fitting.photo.reading import Photograph
-from fitting.photo.smoothing import block_means, noise_variance
+from fitting.photo.smoothing import block_means
 from fitting.photo.tiles import from_tiles
-from fitting.photo.view import View, box_of, resolving_view, view_of
+from fitting.photo.view import View, box_of, noise_variance, orders_of, resolving_view, view_of
 
-# Pixels to a side of the image on which rings are looked for first, and cycles of the finest fringe that it resolves.
-_COARSEST, _RESOLVED = 128, 0.2
 # Rings that explain as much of the fringes' power need no second opinion; nor a finer look, if they are resolved.
 _GOOD, _ENOUGH = 0.3, 0.25
 # Tiles to a side that are looked at for what block means hide.
@@ -62,7 +60,7 @@ def _by_matching(photograph: Photograph, view: View) -> Rings:
 
 def _best_of_view(view: View) -> Rings:
     """The best rings of a view, on the photograph."""
-    best = settle(view.fringes, _from_coarsest(view.fringes))
+    best = settle(view.fringes, from_coarsest(view.fringes))
     if best.match > _GOOD:
         return view.placed(best)
     fringes = view.fringes
@@ -70,19 +68,6 @@ def _best_of_view(view: View) -> Rings:
     if fine is not None:
         best = max(best, polish(fringes, fine), key=lambda rings: rings.match)
     return view.placed(best)
-
-
-def _from_coarsest(fringes: np.ndarray) -> Rings:
-    factor = max(1, -(-max(fringes.shape) // _COARSEST))
-    candidates = [rings.on_pixels(factor) for rings in search(block_means(fringes, factor))]
-    while True:
-        small = block_means(fringes, factor)
-        candidates = [polish(small, rings.on_blocks(factor)).on_pixels(factor) for rings in candidates]
-        candidates = sorted(candidates, key=lambda rings: -rings.match)
-        if factor == 1 or candidates[0].finest(fringes.shape) * factor < _RESOLVED:
-            return candidates[0]
-        candidates = candidates[: 3 if factor > 3 else 2]
-        factor = factor // 2
 
 
 def _fine_tiles(photograph: Photograph) -> tuple[Callable[[int, int, int], np.ndarray], tuple[int, int]]:

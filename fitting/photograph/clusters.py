@@ -9,11 +9,27 @@ from collections.abc import Iterator
 import numpy as np
 
 from fitting.estimate import Fitted, at_blocks, contrast_at_nodes
-from fitting.model import BACKGROUND, degrees
+from fitting.model import BACKGROUND, WARPS, degrees
 from fitting.parameters import NUMBERS, Numbers
+from fitting.photograph.choice import Choice
+from fitting.photograph.variance import variance_of
 
 # Blocks to a side [px], sectors about the rings' centre, and zones of order; clusters that a sum needs.
 _SIDES, _SECTORS, _ZONES, _FEWEST = (16, 32, 64, 128, 256, 512), (12, 16, 20), (8, 10, 12), 8
+
+
+def at_the_mean(choice: Choice) -> Choice:
+    """The choice with the mean over all sets of parts, at its fit as it has become since."""
+    fit, averaging = choice.found, choice.averaging
+    if averaging is None or not fit.converged:
+        return choice
+    variance = variance_of(fit)[0]
+    of_data = max(data_variance(fit, variance), 1e-300)
+    warps = frozenset(part for part in fit.parts if part in WARPS)
+    average = averaging.mean(variance)
+    of_warps = averaging.mean(variance, lambda parts: parts == warps).best[2]
+    shift = np.where(fit.solution.problem.moving, average.numbers - of_warps, 0.0)
+    return choice._replace(shift=shift, ratio=scatter(fit, of_data) / of_data)
 
 
 def scatter(fit: Fitted, least: float) -> float:

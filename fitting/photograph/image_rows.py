@@ -8,7 +8,7 @@ from fitting.estimate import Fitted
 from fitting.model import AXIS_ROW, LEAVING_OUT, PARTS, numbers_of
 from fitting.parameters import Numbers, Quantities, block_of
 from fitting.photograph.averaging import Averaging
-from fitting.photograph.selection import Choice
+from fitting.photograph.choice import Choice
 from fitting.photograph.uncertainty import halves_apart, of_assumptions, of_blur, of_doublet
 
 # A law that a part leaves out counts up to so many standard deviations of the number that would tell it.

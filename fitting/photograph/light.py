@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fitting.estimate import SHAPES, solve
-from fitting.photograph.selection import Choice
+from fitting.photograph.choice import Choice
 
 # The least degrees of background and contrast that a few fringes are compared with.
 _RICHER = (4, 2)

@@ -2,13 +2,17 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from fitting.estimate import Fitted, finest
+from fitting.estimate import Fitted, finest, stay
+from fitting.model import PARTS
 from fitting.parameters import Quantities
 from fitting.photo import Photograph
 from fitting.photograph.camera_stretch import stretch_warning
+from fitting.photograph.choice import Choice
 from fitting.photograph.evidence import Evidence
 from fitting.photograph.image_rows import image_rows
 from fitting.photograph.model_rivals import VIEW_OR_FORM
@@ -18,7 +22,7 @@ from fitting.photograph.result import FitResult
 from fitting.photograph.ring_radii import rings_of
 from fitting.photograph.rival import CONSEQUENCES, Finding
 from fitting.photograph.rivals import findings_of
-from fitting.photograph.selection import UNFITTED, Choice
+from fitting.photograph.selection import UNFITTED
 from fitting.photograph.task import Task
 from fitting.photograph.variance import variance_of
 from fitting.reasons import Reason
@@ -35,13 +39,14 @@ def report(
     `further`: as in `findings_of`.
     """
     fit, given, photograph = choice.found, task.quantities, choice.photograph
+    answer = _at_the_mean(choice)
     variance, inflation = variance_of(fit)
     common = {
         "measured": given.unknown or "radius",
         "explained_variance": fit.explained,
         "warnings": _warnings(choice, inflation, given),
         "model": _model(fit, photograph, given) | choice.evidence,
-        "priors": choice.priors,
+        "priors": _priors_of(choice),
         "picture": Picture(photograph, fit),
     }
     decided = () if task.view_angle is None else (VIEW_OR_FORM,)
@@ -63,10 +68,10 @@ def report(
         )
     if task.view_angle is not None:
         common["model"][VIEW_OR_FORM] = f"{task.view_angle.words}; the radius is that of the two radii's mean curvature"
-    numbers = measured(choice.answer, given, task.contact_phase, covariance, rows + rival_rows, task.view_angle)
+    numbers = measured(answer, given, task.contact_phase, covariance, rows + rival_rows, task.view_angle)
     if numbers["fringe_scale_sd"] > 0.2 * numbers["fringe_scale_per_px2"]:
         return FitResult("refused", Reason.CURVATURE_UNCERTAIN(), seconds=time.perf_counter() - began, **common)
-    rings = rings_of(choice.answer, given, task.contact_phase, covariance)
+    rings = rings_of(answer, given, task.contact_phase, covariance)
     evidence = Evidence(fit, given, variance, covariance, choice.averaging, choice.ratio)
     return FitResult(**numbers, seconds=time.perf_counter() - began, evidence=evidence, rings=rings, **common)
 
@@ -86,6 +91,24 @@ def _warnings(choice: Choice, inflation: float, given: Quantities) -> list[str]:
     if (cycles := finest(choice.found)) > _NYQUIST:
         warnings.append(Reason.NEAR_SAMPLING_LIMIT(width=1 / cycles))
     return warnings
+
+
+def _at_the_mean(choice: Choice) -> Fitted:
+    """The fit moved to the mean over all sets of parts, for its numbers alone: that is no optimum."""
+    if choice.shift is None:
+        return choice.found
+    solution = choice.found.solution
+    numbers = solution.numbers + choice.shift
+    return replace(choice.found, solution=stay(solution.problem, solution.normal, numbers, solution.converged))
+
+
+def _priors_of(choice: Choice) -> dict[str, dict[str, Any]]:
+    """What was known of the parts that may be there."""
+    if choice.averaging is None:
+        return {}
+    member = choice.averaging.members[choice.place]
+    parts = {*max(member.sets, key=len), *choice.found.parts}
+    return member.priors.table(part for part in PARTS if part in parts)
 
 
 def _model(fit: Fitted, photograph: Photograph, given: Quantities) -> dict[str, str]:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fitting.estimate import FEW, SHAPES, Fitted, correlation
-from fitting.parameters import Numbers, Quantities, lensless
+from fitting.parameters import Numbers
 from fitting.photo import Photograph, Rings, block_means, noise_variance, pixels_of, plane_wave, view_of
 from fitting.reasons import Reason
 from newtonjax.numerics import Statement
@@ -39,13 +39,7 @@ class RefusedError(Exception):
         self.reason, self.photograph = reason, photograph
 
 
-def judge(fit: Fitted, photograph: Photograph, rings: Rings, guided: bool = False) -> None:
-    """Raise RefusedError where `why_refused` has a reason."""
-    if reason := why_refused(fit, photograph, rings, guided):
-        raise RefusedError(reason, photograph)
-
-
-def why_refused(found: Fitted, photograph: Photograph, rings: Rings, guided: bool = False) -> Statement | None:
+def judge(found: Fitted, photograph: Photograph, rings: Rings, guided: bool = False) -> Statement | None:
     """Why no radius can be had from a fit of the gap formula; None where one can.
 
     `guided`: a person gave a start or held values, and so has seen rings.
@@ -129,15 +123,3 @@ def _straight(mask: np.ndarray, scale: float, centre: tuple[float, float], fewes
     if bend >= min(1.0, _BEND + _WARPED * orders) or orders <= fewest:
         return None
     return Reason.STRAIGHT_FIT_BEND(orders=orders, bend=bend)
-
-
-def too_steep(photograph: Photograph, rings: Rings, known: Quantities) -> Statement | None:
-    """That the given quantities make the lens smaller than the field it fills; None where they do not."""
-    if known.unknown is None or rings.match < 0.05:
-        return None
-    values = known.values(rings.scale)
-    x, y = pixels_of(photograph.mask)
-    reach = values["pixel_size"] * float(np.hypot(x - rings.centre[0], y - rings.centre[1]).max())
-    if reach < values["radius"]:
-        return lensless(known.plate[0], values["radius"], reach) if known.plate else None
-    return Reason.LENS_SMALLER_THAN_FIELD(radius=values["radius"], reach=reach)
