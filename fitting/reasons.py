@@ -93,9 +93,9 @@ class Reason(Wording):
     UNDETERMINED = "undetermined: {error}"
     CURVATURE_UNCERTAIN = "the curvature is not determined: its standard deviation exceeds a fifth of its value"
     NO_SCALE = "{missing} are not given; only one unknown can be measured, so the result is the fringe scale"
-    PLATE_LENS_NOT_CONVEX = "plate_radius is {plate:g} m: with rings of {effective:.4g} m the lens would not be convex"
+    PLATE_LENS_NOT_CONVEX = "with a plate radius of {plate:g} m and rings of {effective:.4g} m the lens is not convex"
     PLATE_LENS_TOO_SMALL = (
-        "plate_radius is {plate:g} m: a lens of {lens:.3g} m is smaller than its rings, {reach:.3g} m"
+        "with a plate radius of {plate:g} m a lens of {lens:.3g} m is smaller than its rings, {reach:.3g} m"
     )
     PLATE_LENS_FLAT = (
         "with a plate radius of {plate:g} m the curvature of the lens is zero within its standard deviation"
@@ -133,12 +133,12 @@ class Reason(Wording):
     RIVAL_FORM = "fringes up to {size:.2g} turns off a sphere's (coma, trefoil): {shift:+.2%} of the scale with these"
     RIVAL_VIEW_OR_FORM = (
         "the rings are elliptic by {stretch:.2%}: a view at {angle:.1f} degrees, or a lens with two radii {apart:.2%} "
-        "apart, whose mean curvature is that of a radius {share:.2%} smaller; both make one picture: view_angle decides"
+        "apart, whose mean curvature is of a radius {share:.2%} smaller; a stated view angle decides"
     )
     RIVAL_ANOTHER_LAW = "no camera distorts by {value:+.0%} at half a diagonal: rings of another law than a sphere's"
     RIVAL_PRIOR_TENSION = (
         "{name} is {value:.2g}, {ratio:.1f} prior sd from {centre:g} ± {sd:.2g}: {share:.2%} of the scale; cut "
-        "(axis_px)? A picture of a grid (--scale-from), the lens turned, or a prior of your own would tell"
+        "(axis_px, --axis)? A picture of a grid (--scale-from), the lens turned, or a prior of your own would tell"
     )
 
     # Frames of a stack.
@@ -210,7 +210,7 @@ class Reason(Wording):
     RINGS_BEYOND_LENS = "the ring radii exceed the lens radius that they imply; check the units"
     NOT_GROWING = "the radii do not grow with the order; count orders from the centre outwards"
     NO_LINE = "{bend}: such readings give no {measured}"
-    NO_PIXEL_SIZE = "without pixel_size there is no radius: the fringe scale is the answer"
+    NO_PIXEL_SIZE = "without a pixel size there is no radius: the fringe scale is the answer"
     BEYOND_BOUNDS = "the {measured} is {value:.4g}{unit}; check units and columns; allowed: {low:g} to {high:g}{unit}"
     DOUBTED_BEYOND_BOUNDS = "{doubt}; allowed: {low:g} to {high:g}{unit}"
     INTERVAL_REACHES_ZERO = (

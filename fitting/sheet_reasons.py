@@ -42,10 +42,13 @@ class SheetReason(Wording):
     )
     OTHER_STRUCTURE = (
         "straight fringes explain {explained:.0%} of the image variance, and the residual is structure and no noise; "
-        "at least {least:.0%} is required: mask what is no fringe"
+        "at least {least:.0%} is required: mask what is no fringe; a ruled grid or a ruler is measured by scale"
     )
     FEW_STRAIGHT_FRINGES = "{fringes:.1f} fringes are seen; at least {least:g} are required: use a larger field"
-    WEDGE_NOT_CONVERGED = "the fit of the fringes did not converge; mask what is no fringe"
+    WEDGE_NOT_CONVERGED = (
+        "the fit of straight fringes did not converge; mask what is no fringe; a ruled grid or a ruler is measured by "
+        "scale"
+    )
     WEDGE_BENT = (
         "the fringes change by {change:.1%} from the middle to the rim, beyond noise and the camera's distortion: the "
         "plates are bent, or seen at a slant; the angle is that in the middle, and its change is in the budget"

@@ -1,13 +1,16 @@
 """Claim: Ctrl-C and SIGTERM are obeyed within two seconds whatever a verb is doing, and leave no half-written file.
 
 Signals are sent to every verb of the command at random moments of its run: while it is imported, compiles, solves and
-writes; every second time with an empty cache of compiled programs. For each: seconds until the process has ended, its
-exit status, files whose names end in `.part`, whether every file that stays is complete (JSON parses, pictures open,
-the chain can be read) and is named in the last line, whether that line is all that stderr shows, and whether every
-program left in the cache is whole. A run that ends by itself before its signal counts apart. On a busy machine two
-seconds may pass before the process gets its turn: how long the import of JAX takes is printed beside.
+writes; every second time with an empty cache of compiled programs. Ctrl-C goes to the whole group of processes, as a
+terminal sends it, in a third of the runs twice; SIGTERM to the command alone. For each: seconds until the process has
+ended, its exit status, whether a process that it started still runs three seconds later, files whose names end in
+`.part`, whether every file that stays is complete (JSON parses, pictures open, the chain can be read) and is named in
+the last line (but after a second Ctrl-C, which has the command end without a word), whether that line is all that
+stderr shows, and whether every program left in the cache is whole. A run that ends by itself before its signal counts
+apart. On a busy machine two seconds may pass before the process gets its turn: how long the import of JAX takes is
+printed beside.
 
-    python -m experiments.truth.stopping [--signals 200] [--seed 0] [--quick]
+    python -m experiments.truth.stopping [--signals 200] [--seed 0] [--verbs fit,batch] [--quick]
 """
 
 import argparse
@@ -18,6 +21,8 @@ import subprocess
 import sys
 import tempfile
 import zlib
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from time import perf_counter, sleep
 
@@ -25,94 +30,79 @@ import numpy as np
 from PIL import Image
 
 from experiments import records
+from experiments.truth.stopped_verbs import VERBS, duration, make_inputs, started
 
-ROOT = Path(__file__).resolve().parents[2]
 LIMIT = 2.0
+KINDS = ("SIGINT", "SIGTERM", "SIGINT twice")
+# Sooner after the first a second one is taken for its echo [s].
+AGAIN = 0.4
+# How long what a command has started may take to end after it [s].
+GRACE = 3.0
 # Moments are drawn up to this multiple of the time that the verb takes.
 BEYOND = 1.05
-# By the words of a command line; SAMPLE, SCENE, TABLE, GRID and OUT stand for paths.
-VERBS = {
-    "help": "--help",
-    "fit": "fit SAMPLE --wavelength sodium --pixel-size 8um --output-dir OUT/fit --json OUT/fit.json",
-    "fit --mcmc": "fit SAMPLE --wavelength sodium --pixel-size 8um --mcmc --output-dir OUT/fit",
-    "demo": "demo --output-dir OUT/demo",
-    "scale": "scale GRID --division 0.2mm --output-dir OUT/scale",
-    "rings": "rings TABLE --wavelength sodium --output-dir OUT/rings",
-    "render": "render reflected --screen 1mm --shape 4096x4096 --output OUT/rings.tif",
-    "render splat": "render reflected --screen 1mm --method splat --shape 256x256 --output OUT/rings.png",
-    "sensitivity": "sensitivity SCENE --output-dir OUT/sensitivity",
-    "design": "design SCENE --vary field=1mm:8mm --output-dir OUT/design",
-    "tradeoff": "tradeoff SCENE --output-dir OUT/tradeoff",
-}
-TABLE = "order,diameter_mm\n1,1.54\n2,2.17\n3,2.66\n4,3.07\n"
-PROGRAM = "import sys; from fitting.shell.entry import main; sys.exit(main())"
 
 
-def started(verb: str, folder: Path, cache: Path) -> subprocess.Popen:
-    """A verb at work in a folder of its own, its results in `folder / "out"`."""
-    (folder / "table.csv").write_text(TABLE, encoding="utf-8")
-    rows, columns = np.indices((400, 500))
-    grid = np.where((rows % 40 < 4) | (columns % 40 < 4), 60, 200).astype(np.uint8)
-    Image.fromarray(grid).save(folder / "grid.png")
-    (folder / "out").mkdir()
-    names = {
-        "SAMPLE": str(ROOT / "fitting/data/sample.png"),
-        "SCENE": str(ROOT / "docs/scene.toml"),
-        "TABLE": str(folder / "table.csv"),
-        "GRID": str(folder / "grid.png"),
-    }
-    arguments = [names.get(word, word.replace("OUT", str(folder / "out"))) for word in VERBS[verb].split()]
-    return subprocess.Popen(
-        [sys.executable, "-c", PROGRAM, *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        cwd=ROOT,
-        env={**os.environ, "JAX_COMPILATION_CACHE_DIR": str(cache)},
-        # A job in the background has Ctrl-C ignored, and so would what it starts.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )
+def send(process: subprocess.Popen, kind: str) -> str:
+    """Send a kind of signal; what the process prints until it ends."""
+    if kind == "SIGTERM":
+        process.send_signal(signal.SIGTERM)
+    else:
+        os.killpg(process.pid, signal.SIGINT)
+    if kind == "SIGINT twice":
+        sleep(AGAIN)
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGINT)
+    return process.communicate(timeout=120)[1]
 
 
-def duration(verb: str, cache: Path) -> float:
-    """Seconds that a verb takes undisturbed. Raises RuntimeError where it fails."""
-    with tempfile.TemporaryDirectory() as name:
-        began = perf_counter()
-        process = started(verb, Path(name), cache)
-        _, message = process.communicate()
-    if process.returncode:
-        raise RuntimeError(f"{verb} fails undisturbed: {message}")
-    return perf_counter() - began
+def survivors(group: int) -> bool:
+    """Whether a moment after the end of a command something that it started still runs; that is ended then."""
+    until = perf_counter() + GRACE
+    while _runs(group):
+        if perf_counter() > until:
+            os.killpg(group, signal.SIGKILL)
+            return True
+        sleep(0.05)
+    return False
 
 
-def stopped(verb: str, number: int, moment: float, folder: Path, cache: Path) -> dict:
+def _runs(group: int) -> bool:
+    """Whether a process of a group runs: one that has ended may still be in the table (Linux's proc(5))."""
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            state, _, its_group = path.read_text().rpartition(")")[2].split()[:3]
+            if int(its_group) == group and state != "Z":
+                return True
+    return False
+
+
+def stopped(verb: str, kind: str, moment: float, inputs: dict[str, str], out: Path, cache: Path) -> dict:
     """Run a verb, send it a signal after `moment` seconds, and look at what it leaves."""
-    process = started(verb, folder, cache)
+    process = started(verb, inputs, out, cache)
     sleep(moment)
     seconds = None
     if process.poll() is None:
         began = perf_counter()
-        process.send_signal(number)
-        _, message = process.communicate(timeout=120)
+        message = send(process, kind)
         seconds = perf_counter() - began
     else:
         _, message = process.communicate()
-    out = folder / "out"
     files = [path for path in out.rglob("*") if path.is_file()]
     complete = [path for path in files if not path.name.endswith(".part")]
-    has_ended = process.returncode == 0
+    is_silent = process.returncode == 0 or (kind == "SIGINT twice" and not message)
     return {
         "verb": verb,
-        "signal": signal.Signals(number).name,
+        "signal": kind,
         "moment": moment,
         "seconds": seconds,
         "status": process.returncode,
-        "message": message.replace(f"{folder}/", "").strip().splitlines()[-3:],
+        "message": message.replace(f"{out.parent}/", "").strip().splitlines()[-3:],
         "half_written": [path.name for path in files if path not in complete] + _half_programs(cache),
         "broken": [path.name for path in complete if not _is_complete(path)],
-        "unnamed": [path.name for path in complete if not has_ended and str(path) not in message],
+        "unnamed": [path.name for path in complete if not is_silent and str(path) not in message],
         "empty_folders": [path.name for path in out.iterdir() if path.is_dir() and not any(path.iterdir())],
         "surplus": message.count("\n") > 1 or "Traceback" in message,
+        "survivors": survivors(process.pid),
     }
 
 
@@ -132,6 +122,8 @@ def _is_complete(path: Path) -> bool:
     try:
         if path.suffix == ".json":
             json.loads(path.read_text(encoding="utf-8"))
+        elif path.suffix == ".jsonl":
+            return all(json.loads(line) for line in path.read_text(encoding="utf-8").splitlines())
         elif path.suffix in (".png", ".tif"):
             Image.MAX_IMAGE_PIXELS = None
             with Image.open(path) as image:
@@ -148,29 +140,35 @@ def _is_complete(path: Path) -> bool:
     return path.stat().st_size > 0
 
 
-FAULTS = ("half_written", "broken", "unnamed", "empty_folders", "surplus")
+FAULTS = ("half_written", "broken", "unnamed", "empty_folders", "surplus", "survivors")
 
 
-def main(signals: int, seed: int, quick: bool) -> None:
-    """Send the signals, print the table, and fail where one was not obeyed or left something half written."""
+def rows_of(signals: int, seed: int, verbs: list[str]) -> Iterator[dict]:
+    """Each signal with what came of it."""
     generator = np.random.default_rng(seed)
+    with tempfile.TemporaryDirectory() as name:
+        warm = Path(name) / "programs"
+        inputs = make_inputs(Path(name))
+        cold_times = {verb: duration(verb, inputs, warm) for verb in verbs}
+        warm_times = {verb: duration(verb, inputs, warm) for verb in verbs}
+        for k in range(signals):
+            verb, is_cold = verbs[k % len(verbs)], k // len(verbs) % 2 == 1
+            kind = KINDS[generator.integers(len(KINDS))]
+            moment = BEYOND * generator.uniform(0.0, (cold_times if is_cold else warm_times)[verb])
+            with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as cold:
+                row = stopped(verb, kind, moment, inputs, Path(folder) / "out", Path(cold) if is_cold else warm)
+            yield {**row, "cold": is_cold}
+
+
+def main(signals: int, seed: int, verbs: list[str], is_quick: bool) -> None:
+    """Send the signals, print the table, and fail where one was not obeyed or left something half written."""
     began = perf_counter()
     subprocess.run([sys.executable, "-c", "import jax"], check=True)
     importing = perf_counter() - began
-    verbs = ["help", "fit", "scale", "rings"] if quick else list(VERBS)
     rows = []
-    with tempfile.TemporaryDirectory() as name:
-        warm = Path(name)
-        cold_times = {verb: duration(verb, warm) for verb in verbs}
-        warm_times = {verb: duration(verb, warm) for verb in verbs}
-        for k in range(signals):
-            verb, is_cold = verbs[k % len(verbs)], k // len(verbs) % 2 == 1
-            number = (signal.SIGINT, signal.SIGTERM)[generator.integers(2)]
-            moment = BEYOND * generator.uniform(0.0, (cold_times if is_cold else warm_times)[verb])
-            with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as cold:
-                row = stopped(verb, number, moment, Path(folder), Path(cold) if is_cold else warm)
-            rows.append({**row, "cold": is_cold})
-            print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
+    for row in rows_of(signals, seed, verbs):
+        rows.append(row)
+        print(json.dumps(row), file=sys.stderr, flush=True)
     obeyed = [row for row in rows if row["seconds"] is not None]
     print(f"importing JAX takes {importing:.1f} s here")
     for verb in verbs:
@@ -180,14 +178,14 @@ def main(signals: int, seed: int, quick: bool) -> None:
     late = [row for row in obeyed if row["seconds"] > LIMIT]
     faulty = [row for row in rows if any(row[fault] for fault in FAULTS)]
     print(
-        f"{len(obeyed)} of {len(rows)} signals met a running verb; {len(late)} took over {LIMIT:g} s; "
-        f"{len(faulty)} left something half written, unnamed or empty, or printed more than one line"
+        f"{len(obeyed)} of {len(rows)} signals met a running verb; {len(late)} took over {LIMIT:g} s; {len(faulty)} "
+        "left a process, or something half written, unnamed or empty, or printed more than one line"
     )
     for row in late + faulty:
         print(row)
-    if not quick:
+    if verbs == list(VERBS):
         records.save("stopping", {"import_jax_s": importing, "rows": rows})
-    if faulty or len(late) > (len(obeyed) // 4 if quick else 0):
+    if faulty or len(late) > (len(obeyed) // 4 if is_quick else 0):
         raise SystemExit("a signal was not obeyed, or left something half written")
 
 
@@ -195,6 +193,8 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--signals", type=int, default=200)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--verbs", default=",".join(VERBS))
     parser.add_argument("--quick", action="store_true")
     options = parser.parse_args()
-    main(8 if options.quick else options.signals, options.seed, options.quick)
+    some = ["help", "fit", "scale", "rings"] if options.quick else options.verbs.split(",")
+    main(8 if options.quick else options.signals, options.seed, some, options.quick)

@@ -23,6 +23,7 @@ from fitting.parameters import (
 from fitting.photo import Photograph, read
 from fitting.reasons import Reason
 from fitting.sheet_reasons import SheetReason
+from newtonjax.numerics import Statement
 
 # A camera's distortion at the corners unless a scale says it: that of an eyepiece.
 _DISTORTION_SD = 0.1
@@ -106,7 +107,7 @@ def _measured(photograph: Photograph, usable: np.ndarray, request: Request) -> W
     wedge = wedge_of(straight.fit, straight.inflation, pupil, shape, distortion or (0.0, _DISTORTION_SD))
     refusal = _refusal(wedge, straight, pupil)
     if refusal is not None:
-        status = "refused" if straight.fit.converged else "not-converged"
+        status = "not-converged" if refusal.code == SheetReason.WEDGE_NOT_CONVERGED.name else "refused"
         return replace(refused, status=status, message=refusal)
     return answer_of(replace(refused, pupil=pupil), straight, wedge, request)
 
@@ -120,15 +121,16 @@ def _pupil(photograph: Photograph) -> Pupil:
     return Pupil((columns - 1) / 2, (rows - 1) / 2, (min(rows, columns) - 1) / 2)
 
 
-def _refusal(wedge: Wedge, straight: StraightFit, pupil: Pupil) -> str | None:
+def _refusal(wedge: Wedge, straight: StraightFit, pupil: Pupil) -> Statement | None:
     """Why these are no fringes of a wedge; None where they are."""
+    explained = straight.fit.explained
+    # Of other structure, such as a ruled grid, it need not converge.
+    if explained < _LEAST_EXPLAINED and straight.inflation > _STRUCTURE:
+        return SheetReason.OTHER_STRUCTURE(explained=explained, least=_LEAST_EXPLAINED)
     if not straight.fit.converged:
         return SheetReason.WEDGE_NOT_CONVERGED()
     if wedge.relative_change > _MOST_CHANGE:
         return SheetReason.FRINGES_CURVED(change=wedge.relative_change, most=_MOST_CHANGE)
-    explained = straight.fit.explained
-    if explained < _LEAST_EXPLAINED and straight.inflation > _STRUCTURE:
-        return SheetReason.OTHER_STRUCTURE(explained=explained, least=_LEAST_EXPLAINED)
     fringes = 2 * pupil.radius * wedge.frequency
     if fringes < _FEWEST:
         return SheetReason.FEW_STRAIGHT_FRINGES(fringes=fringes, least=_FEWEST)

@@ -70,7 +70,7 @@ def checked_parts(parts) -> dict[str, bool]:
     for part in reversed(PARTS):
         for need in PARTS[part].needs if wishes.get(part) else ():
             if not wishes.setdefault(need, True):
-                raise ValueError(f"parts is {shown(parts)}; {part} needs {need}: leave {part} out, or let {need} be")
+                raise ValueError(f"{part} is let in without {need}, which it needs; leave {part} out, or let {need} be")
     return wishes
 
 

@@ -37,7 +37,7 @@ def with_bench_options(verb: Callable[..., int]) -> Callable[..., int]:
 
 def _parameter(argument: Argument) -> inspect.Parameter:
     what = argument.help + _ALSO.get(argument.kind, "")
-    read = option(_reader(argument), _METAVARS[argument.kind], what, argument.shown)
+    read = option(_reader(argument), _METAVARS[argument.kind], what, argument.shown, "Bench")
     return parameter_of(argument.name, Annotated[Any, read])
 
 

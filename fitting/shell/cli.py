@@ -12,6 +12,7 @@ import typer
 from fitting.parameters import output
 from fitting.shell import stopping
 from fitting.shell.app_command import app as page
+from fitting.shell.argument_words import in_words_of_shell
 from fitting.shell.batch_command import batch
 from fitting.shell.bench_options import with_bench_options
 from fitting.shell.form_command import form
@@ -58,10 +59,10 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _with_advice(error: Exception, arguments: list[str]) -> str:
-    """An error's text; of a table that is not understood with the command that would read it."""
+    """An error's text with the command's names; of a table that is not understood with the command that reads it."""
     columns = getattr(error, "suggestion", None)
     if not columns:
-        return str(error)
+        return in_words_of_shell(str(error), app, arguments[0])
     from fitting.shell.rings_verb import command_with
 
     command = command_with(columns, arguments)

@@ -10,6 +10,8 @@ import sys
 from importlib import import_module
 from typing import Any, NamedTuple
 
+from fitting.shell import stopping
+
 # Steps in their order, and what is being done until each has answered.
 STEPS = {
     "jax": "importing jax",
@@ -46,6 +48,7 @@ def probe(packages: list[str], limit: float = LIMIT) -> Probe:
     with subprocess.Popen(  # noqa: S603 (our own interpreter)
         command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8"
     ) as process:
+        stopping.ends_with_us(process)
         try:
             printed, errors = process.communicate(timeout=limit)
             status = process.returncode

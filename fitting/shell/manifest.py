@@ -9,6 +9,7 @@ from fitting.parameters import PART_OPTIONS
 from fitting.shell import assignments, lamps, quantities
 from fitting.shell.fit_verb import FitOptions
 from fitting.shell.options import transfer_curve
+from newtonjax.numerics import shown
 
 _PHOTO = "photo"
 _SWITCH = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
@@ -87,10 +88,14 @@ def rows_of_manifest(path: Path, options: FitOptions) -> Iterator[tuple[Path, Fi
 
 def _check_columns(path: Path, columns: list[str]) -> None:
     allowed = [_PHOTO, *_READERS, *PART_OPTIONS]
-    if unknown := [name for name in columns if name not in allowed]:
-        raise ValueError(f"{path} has a column {unknown[0]!r}; allowed: {', '.join(allowed)}")
     if _PHOTO not in columns:
-        raise ValueError(f"{path} has no column {_PHOTO!r}; its first line names the columns")
+        first_line = ", ".join(columns)
+        raise ValueError(
+            f"{path} is no manifest of photographs: its first line, {shown(first_line)}, has no column {_PHOTO!r}; a "
+            "table of readings is for `newtonjax rings` or `newtonjax wedge`"
+        )
+    if unknown := [name for name in columns if name not in allowed]:
+        raise ValueError(f"{path} has a column {unknown[0]!r}; allowed in a manifest: {', '.join(allowed)}")
 
 
 def _row(folder: Path, cells: dict[str | Any, Any], options: FitOptions) -> tuple[Path, FitOptions]:

@@ -11,10 +11,11 @@ from fitting.parameters import PART_OPTIONS
 from fitting.shell import assignments, lamps, quantities
 
 
-def option(parse: Callable[[str], Any], metavar: str, what: str, default: str = "") -> Any:
+def option(parse: Callable[[str], Any], metavar: str, what: str, default: str = "", panel: str | None = None) -> Any:
     """An option whose text one function reads; the function's ValueError becomes the message of a wrong option.
 
-    `default` is shown only: the option itself is None where it is not given. The shell completes names of lamps.
+    `default` is shown only: the option itself is None where it is not given. `panel`: title of a table of its own in
+    the help. The shell completes names of lamps.
     """
 
     def read(text: str):
@@ -29,7 +30,8 @@ def option(parse: Callable[[str], Any], metavar: str, what: str, default: str = 
         return [word for word in words or () if word.startswith(incomplete.lower())]
 
     complete = beginning_with if words else None
-    return typer.Option(parser=read, metavar=metavar, help=what, show_default=default or False, autocompletion=complete)
+    about: dict[str, Any] = {"help": what, "show_default": default or False, "rich_help_panel": panel}
+    return typer.Option(parser=read, metavar=metavar, autocompletion=complete, **about)
 
 
 def expanded(verb: Callable[..., int], before: str, options: list[inspect.Parameter]) -> Callable[..., int]:
@@ -55,7 +57,9 @@ def with_model_options(verb: Callable[..., int]) -> Callable[..., int]:
     options = []
     for name, what in PART_OPTIONS.items():
         flag = name.replace("_", "-")
-        switch = typer.Option(f"--{flag}/--no-{flag}", help=what, show_default="if the image has it")
+        # In a table of their own: beside other options' columns 80 characters do not hold two names.
+        about: dict[str, Any] = {"show_default": "if the image has it", "rich_help_panel": "Parts of the model"}
+        switch = typer.Option(f"--{flag}/--no-{flag}", help=what, **about)
         options.append(parameter_of(name, Annotated[bool | None, switch]))
     options += [parameter_of(name, annotation) for name, annotation in MODEL_OPTIONS.items()]
     return expanded(verb, "plate_radius", options)

@@ -8,6 +8,7 @@ through a socket (`signal.set_wakeup_fd`), and this thread has the process end. 
 import os
 import signal
 import socket
+import subprocess
 import sys
 import threading
 from collections.abc import Generator
@@ -32,6 +33,8 @@ _SHOW_CURSOR = "\x1b[?25h"
 # Steps that must not be broken off, and what is said of files that stay.
 _locks: list[threading.Lock] = []
 _kept: dict[Path, str] = {}
+# Processes that would go on alone.
+_children: list[subprocess.Popen] = []
 
 
 @contextmanager
@@ -82,6 +85,11 @@ def keep(path: Path, words: str, lock: threading.Lock) -> None:
     _locks.append(lock)
 
 
+def ends_with_us(child: subprocess.Popen) -> None:
+    """Have a process that this one started end where a signal ends this one."""
+    _children.append(child)
+
+
 def _do_nothing(number: int, frame: object) -> None:
     del number, frame
 
@@ -115,6 +123,8 @@ def _end(number: int) -> None:
 
 def _finish(number: int) -> None:
     deadline = monotonic() + _PATIENCE
+    for child in _children:
+        child.kill()
     for lock in _locks:
         lock.acquire(timeout=max(0.0, deadline - monotonic()))
     output.remove_unfinished(_PATIENCE / 2)

@@ -92,6 +92,12 @@ def test_curved_and_few_fringes_are_refused_with_their_reason():
     assert fitting.wedge_photo(np.ones((80, 90))).reason == "UNIFORM"
 
 
+def test_a_ruled_grid_is_refused_and_led_to_scale(shared):
+    answer = fitting.wedge_photo(shared / "photos/reticle_0.2mm.jpg", wavelength=WAVELENGTH)
+    assert (answer.status, answer.reason) == ("refused", "OTHER_STRUCTURE")
+    assert "is measured by scale" in answer.message
+
+
 def test_photographs_of_wedges_are_measured_in_pixels(shared):
     """As counted by eye across the middle of each."""
     for name, spacing, within in (

@@ -52,7 +52,7 @@ def test_a_lens_with_two_radii_seen_along_the_normal(share):
         assert covers(unsaid, name, mean)
     assert covers(unsaid, "radius", RADIUS)
     assert covers(unsaid, "radius", mean)
-    assert "both make one picture: view_angle decides" in unsaid.report()
+    assert "a stated view angle decides" in unsaid.report()
 
 
 @pytest.mark.parametrize("sd", [None, np.radians(1.0)])

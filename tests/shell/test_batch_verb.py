@@ -117,8 +117,11 @@ def test_a_photograph_was_taken_when_its_camera_says_else_when_its_file_was_writ
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("path,view\n", "has a column 'path'; allowed: photo, wavelength"),
-        ("wavelength\n", "has no column 'photo'"),
+        ("photo,path\n", "has a column 'path'; allowed in a manifest: photo, wavelength"),
+        (
+            "order,diameter_mm\n1,2\n",
+            "its first line, 'order, diameter_mm', has no column 'photo'; a table of readings is for `newtonjax rings`",
+        ),
         ("photo,pixel_size\na.png,12\n", "line 2: pixel_size is '12' has no unit"),
         ("photo,view\na.png,sideways\n", "line 2: view is 'sideways'; give reflected or transmitted"),
         ("photo,contact\na.png,perhaps\n", "line 2: contact is 'perhaps'; give yes or no"),

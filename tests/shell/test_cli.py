@@ -17,7 +17,8 @@ from shell import refusal
 import fitting
 import newtonjax as nj
 from fitting.shell import progress, session
-from fitting.shell.cli import main
+from fitting.shell.argument_words import in_words_of_shell
+from fitting.shell.cli import app, main
 
 KEYS = [
     *("status", "message", "radius_m", "radius_sd_m", "radius_interval_m", "radius_sd_noise_m", "fringe_scale_per_px2"),
@@ -86,7 +87,7 @@ KEYS = [
         ),
         (
             ("render", "reflected", "-o", "a.png", "--screen", "1m", "--collecting-lens", "1mm"),
-            "collecting_lens stands",
+            "--collecting-lens stands",
         ),
     ],
 )
@@ -94,6 +95,30 @@ def test_wrong_usage_is_refused_in_one_line(capsys, tmp_path, monkeypatch, argum
     monkeypatch.chdir(tmp_path)
     assert said in refusal(capsys, *arguments)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("verb", "of_library", "of_shell"),
+    [
+        ("fit", "axis_px_sd is given without axis_px; give both", "--axis-sd is given without --axis; give both"),
+        (
+            "fit",
+            "scale is 3; allowed: a result of fitting.scale",
+            "--scale-from is 3; allowed: a result of newtonjax scale",
+        ),
+        (
+            "fit",
+            "'radii' is none; allowed: radius, pixel_size, gap",
+            "'radii' is none; allowed: radius, pixel_size, gap",
+        ),
+        ("fit", "list.csv, line 2: pixel_size is 'x'", "list.csv, line 2: pixel_size is 'x'"),
+        ("render", "lens_tilt is 2 radians; allowed: 0.8", "--lens-tilt is 2 radians; allowed: 0.8"),
+        ("render", "bench.toml: lens_tilt is 2", "bench.toml: lens_tilt is 2"),
+        ("no verb", "lens_tilt is 2", "lens_tilt is 2"),
+    ],
+)
+def test_errors_of_the_library_name_options(verb, of_library, of_shell):
+    assert in_words_of_shell(of_library, app, verb) == of_shell
 
 
 def test_version_is_the_packages(capsys):
@@ -105,6 +130,16 @@ def test_version_is_the_packages(capsys):
 def test_each_verb_explains_itself(capsys, verb):
     assert main([verb, "--help"]) == 0
     assert "--force" in capsys.readouterr().out
+
+
+def test_help_cuts_no_word_at_80_columns(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    verbs = [command.name or command.callback.__name__ for command in app.registered_commands]
+    assert {"render", "fit", "wedge"} <= set(verbs)
+    for verb in verbs:
+        assert main([verb, "--help"]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert [line for line in lines if "…" in line] == []
 
 
 # Fit: the shell around it, with an answer put in its place

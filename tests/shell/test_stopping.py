@@ -65,6 +65,18 @@ def started(*command) -> subprocess.Popen:
     )
 
 
+# A verb that has another process at work for it, and waits.
+WITH_CHILD = """
+import subprocess, sys, time
+from fitting.shell import stopping
+with stopping.watched():
+    child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(1000)"])
+    stopping.ends_with_us(child)
+    print(child.pid, flush=True)
+    time.sleep(1000.0)
+"""
+
+
 @pytest.mark.parametrize(
     ("number", "status", "name"), [(signal.SIGTERM, 143, "SIGTERM"), (signal.SIGINT, 130, "Ctrl-C")]
 )
@@ -93,6 +105,14 @@ def test_a_second_signal_ends_at_once_what_the_first_waits_for():
     process.send_signal(signal.SIGINT)
     assert process.communicate(timeout=PATIENCE) == ("", "")
     assert process.returncode == 130
+
+
+def test_no_process_that_a_verb_has_started_goes_on_alone():
+    process = started("-c", WITH_CHILD)
+    assert int(process.stdout.readline())
+    process.send_signal(signal.SIGTERM)
+    # The child has its parent's stderr, whose end comes with that of both.
+    assert "stopped by SIGTERM" in process.communicate(timeout=PATIENCE)[1]
 
 
 def test_a_signal_that_the_parent_ignores_stays_ignored(tmp_path):
