@@ -34,6 +34,7 @@ from fitting.parameters.fringe_scale import quantities as quantities
 from fitting.parameters.fringe_scale import read_sd as read_sd
 from fitting.parameters.html import Source as Source
 from fitting.parameters.html import page as page
+from fitting.parameters.light_numbers import EVEN as EVEN
 from fitting.parameters.measurement import AbstractMeasurement as AbstractMeasurement
 from fitting.parameters.parameter import Parameter as Parameter
 from fitting.parameters.parameter import parameters_from as parameters_from

@@ -10,6 +10,7 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.parameters.light_numbers import light_entries
 from fitting.parameters.table import TABLE, ParameterSpec
 from newtonjax.numerics import names_in, shown
 from newtonjax.scene import Camera, Scene, dot, frame, gap_height, middle, require_bench, required_gap
@@ -46,7 +47,8 @@ class Knob:
 
 def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
     """What can be moved by name: what every bench of a gap has; the radius where one face of it is curved, the wedge
-    angle where both are plane and not parallel; the conic constant where that face has one, be it 0.
+    angle where both are plane and not parallel; the conic constant where that face has one, be it 0; and the numbers of
+    a light that is more than one line, a source of a size, blur and aperture (`light_numbers`).
 
     "screen" is its distance from the face that light leaves through. "plate_tilt_x" and "plate_tilt_y" turn all
     faces below the gap as one, about the vertex of the uppermost; so does
@@ -78,6 +80,7 @@ def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
             _knob(f"plate_tilt_{name}", float(scene.surfaces[lower].tilt[axis]), _plate(lower, *np.eye(2)[axis]), 1e-3),
         ]
     present += _wedge_angle(scene, upper)
+    present += [_knob(name, value, move, scale) for name, value, scale, move in light_entries(scene, camera)]
     try:
         face = curved_surface(scene)
     except ValueError:

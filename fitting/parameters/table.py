@@ -70,6 +70,13 @@ _SPECS = (
     ParameterSpec("light_tilt_y", "β", "rad"),
     ParameterSpec("plate_tilt_x", "α", "rad"),
     ParameterSpec("plate_tilt_y", "β", "rad"),
+    # Of light beyond one line and parallel beams, and of pixels beyond points.
+    ParameterSpec("gaussian_width", "Δλ", "m"),
+    ParameterSpec("lorentzian_width", "Δλ", "m", (0.0, float("inf"))),
+    ParameterSpec("line_splitting", "δλ", "m"),
+    ParameterSpec("source_size", "sin α"),
+    ParameterSpec("blur", "b", "px"),
+    ParameterSpec("aperture", "a", "px"),
     # Of a lens with two radii.
     ParameterSpec("radius_along", "R₁", "m", RADIUS[:2], True),
     ParameterSpec("radius_across", "R₂", "m", RADIUS[:2], True),

@@ -29,8 +29,15 @@ def tables(benches: Sequence[Photographed], nodes: int, levels: int) -> tuple[Je
     """Chebyshev coefficients [benches, 3, n, n] of each image's background, modulus and phase [photoelectrons, turns].
 
     And whether all beams reach the nodes. The benches' numbers may be jets of so many levels, level 0 the launch
-    plane's (`jet_fields`); the coefficients then are. Nothing is compiled.
+    plane's (`jet_fields`); the coefficients then are. Nothing is compiled. Raises ValueError for pixels that are means
+    and for channels, which the nodes do not hold.
     """
+    for _, camera, _ in benches:
+        if camera.takes_means or camera.response is not None:
+            raise ValueError(
+                "aperture, blur or response of a camera in this study; allowed: None (`information` and "
+                "`sensitivity` take them)"
+            )
     fields = jet_fields.at_nodes([(scene, camera) for scene, camera, _ in benches], nodes, levels)
     table = jet_fields.coefficients(fields)
 

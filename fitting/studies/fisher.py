@@ -15,6 +15,7 @@ from jaxtyping import Float
 from fitting.parameters import Deviation, Knob, chosen, free_names, knobs
 from fitting.studies.bench_origin import says_its_bench
 from fitting.studies.electrons import moved, tables, weights
+from fitting.studies.image_slopes import image_slopes, needs_images
 from fitting.studies.information_result import Information
 from fitting.studies.pixel_sums import equations
 from newtonjax.fields import error_from_nodes, jet_fields
@@ -58,20 +59,32 @@ def information(
     present = knobs(scene, camera)
     names = free_names(present, free)
     numbers = tuple(chosen(present, names).values())
-    nodes = fine_nodes(scene, camera).nodes if method is None else method.nodes
     scales = np.array([number.scale for number in numbers])
-    table, changes = derivatives(scene, camera, numbers, nodes)
-    normal = equations(table, changes, camera.shape, lambda image, _: weights(image, camera, noise))
+    if needs_images(scene, camera):
+        if method is not None:
+            raise ValueError("method with a spectrum, a source of a size, all orders, blur or channels; allowed: None")
+        matrix = _by_images(scene, camera, numbers, noise)
+    else:
+        nodes = fine_nodes(scene, camera).nodes if method is None else method.nodes
+        table, changes = derivatives(scene, camera, numbers, nodes)
+        matrix = equations(table, changes, camera.shape, lambda image, _: weights(image, camera, noise)).matrix
     result = Information(
         names,
         tuple(number.unit for number in numbers),
         np.array([number.value for number in numbers]),
         scales,
-        normal.matrix / np.outer(scales, scales),
+        matrix / np.outer(scales, scales),
         {},
         tuple(number.positive for number in numbers),
     )
     return result.with_sd(**(sd or {}))
+
+
+def _by_images(scene: Scene, camera: Camera, numbers: Sequence[Knob], noise) -> Float[np.ndarray, "numbers numbers"]:
+    """The matrix by steps in the numbers' scales, of images that are rendered."""
+    image, slopes = image_slopes(scene, camera, numbers)
+    flat = slopes.reshape(len(slopes), -1)
+    return (flat * weights(image, camera, noise).ravel()) @ flat.T
 
 
 def derivatives(

@@ -15,6 +15,7 @@ from fitting.reasons import Reason
 from fitting.studies.bench_origin import says_its_bench
 from fitting.studies.fisher import derivatives, fine_nodes, information
 from fitting.studies.gauss_newton import perfect_image
+from fitting.studies.image_slopes import can_move, image_slopes, needs_images
 from fitting.studies.implicit import measurement
 from fitting.studies.pixel_sums import slopes_of
 from fitting.studies.refusal import UndeterminedError
@@ -61,7 +62,8 @@ def sensitivity(
         raise ValueError(
             f"{target} is 0 in this scene, so a relative accuracy is undefined; use a scene in which it is not 0"
         )
-    held = tuple(name for name in every_knob if name not in free)
+    movable = {name for name, knob in every_knob.items() if can_move(scene, camera, knob)}
+    held = tuple(name for name in every_knob if name not in free and name in movable)
     bounds = information(scene, camera, free=(*free, *held), noise=noise, method=method)
     of_free = bounds.with_sd(**dict.fromkeys(held, 0.0))
     sd = of_free.sd(target)
@@ -133,6 +135,9 @@ def derivative_images(
     """
     require_bench(scene, camera)
     numbers = chosen(knobs(scene, camera), names_in("names", names))
-    table, changes = derivatives(scene, camera, list(numbers.values()), fine_nodes(scene, camera).nodes)
-    images = slopes_of(table, changes, camera.shape)
+    if needs_images(scene, camera):
+        _, images = image_slopes(scene, camera, list(numbers.values()))
+    else:
+        table, changes = derivatives(scene, camera, list(numbers.values()), fine_nodes(scene, camera).nodes)
+        images = slopes_of(table, changes, camera.shape)
     return {name: image / knob.scale for (name, knob), image in zip(numbers.items(), images, strict=True)}
