@@ -94,9 +94,7 @@ class Reason(Wording):
     CURVATURE_UNCERTAIN = "the curvature is not determined: its standard deviation exceeds a fifth of its value"
     NO_SCALE = "{missing} are not given; only one unknown can be measured, so the result is the fringe scale"
     PLATE_LENS_NOT_CONVEX = "with a plate radius of {plate:g} m and rings of {effective:.4g} m the lens is not convex"
-    PLATE_LENS_TOO_SMALL = (
-        "with a plate radius of {plate:g} m a lens of {lens:.3g} m is smaller than its rings, {reach:.3g} m"
-    )
+    PLATE_LENS_TOO_SMALL = "at a plate radius of {plate:g} m the lens, {lens:.3g} m, is below its rings, {reach:.3g} m"
     PLATE_LENS_FLAT = (
         "with a plate radius of {plate:g} m the curvature of the lens is zero within its standard deviation"
     )
@@ -283,6 +281,7 @@ class Reason(Wording):
     TOO_FEW_PICTURES = TogetherWords.TOO_FEW_PICTURES
     PICTURE_CONTRADICTS = TogetherWords.PICTURE_CONTRADICTS
     PICTURES_CONTRADICT = TogetherWords.PICTURES_CONTRADICT
+    NO_COMMON_VALUE = TogetherWords.NO_COMMON_VALUE
 
     # The form of a surface.
     PUPIL_NOT_SEEN = FormWords.PUPIL_NOT_SEEN

@@ -37,6 +37,10 @@ class TogetherWords:
         "{name} contradicts the other pictures by {size:.1f} standard deviations in what they share: look at it alone, "
         "and leave it out if its camera or lens was another"
     )
+    NO_COMMON_VALUE = (
+        "the pictures have no {measured} in common: {values}, {size:.3g} standard deviations apart, at most {most:g} "
+        "are taken for one; measure each by itself, or leave out {picture}"
+    )
     PICTURES_CONTRADICT = (
         "the two pictures contradict each other by {size:.1f} standard deviations in what they share; a third one "
         "tells which is wrong"

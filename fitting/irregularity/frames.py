@@ -8,7 +8,7 @@ from PIL import Image
 
 from fitting.irregularity.disc import Pupil, around, disc_of, reduced
 from fitting.irregularity.pupil import pupil_of, usable_pixels
-from fitting.photo import Photograph, frames_of, read
+from fitting.photo import Photograph, check_no_picture_twice, frames_of, read
 from newtonjax.numerics import shown
 
 # Three unknowns a pixel, light, contrast and phase, take three frames.
@@ -107,6 +107,8 @@ def _sources(images: Any, mask: Any) -> tuple[list, int]:
         sources = list(frames_of(sources[0]))
     if len(sources) < LEAST_FRAMES:
         raise ValueError(f"{len(sources)} frames are given; a phase takes {LEAST_FRAMES} and more")
+    names = [Path(source).name if isinstance(source, str | Path) else "frames" for source in sources]
+    check_no_picture_twice(sources, names, [None] * len(sources))
     if refused := [error for error in sources if isinstance(error, ValueError)]:
         raise ValueError(f"a frame cannot be read: {refused[0]}")
     return sources, 1 if mask is not None else min(map(_scale_of, sources))

@@ -17,6 +17,7 @@ from fitting.photo.reduction import Grid as Grid
 from fitting.photo.reduction import Reduced as Reduced
 from fitting.photo.reduction import block_size as block_size
 from fitting.photo.reduction import reduce as reduce
+from fitting.photo.same_picture import check_no_picture_twice as check_no_picture_twice
 from fitting.photo.smoothing import block_means as block_means
 from fitting.photo.smoothing import smooth as smooth
 from fitting.photo.start import find_rings as find_rings

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import optimize, stats
 
+from fitting.parameters import TABLE, with_sd
 from fitting.photograph.joint import View, contradiction, joined
 from fitting.photograph.result import FitResult
 from fitting.photograph.together_result import PictureRow, Together
@@ -13,6 +14,10 @@ from fitting.reasons import Reason
 
 # Chance that a picture is named that does not contradict the others, over all pictures.
 _ALARM = 0.01
+# Farther from the others, in standard deviations and as a share, no picture is of the same lens: the deviations of
+# photographs of one lens have been too small by a factor of 3.5 in one of a hundred pairs. What is closer together is
+# what an exact picture's model leaves out: the spread says so.
+_MOST_APART, _LEAST_SHARE = 10.0, 0.01
 
 
 class Logarithms(NamedTuple):
@@ -85,6 +90,9 @@ def combined(
     if not (is_one and status == "ok"):
         budget = _budget(levels, np.eye(count)[1] - np.eye(count)[0], rows[1].ratio, excess)
         return Together(status, fits[0].message, measured, budget=budget, **pair, **common)
+    if max(_from_the_others(levels)) > _MOST_APART and np.ptp(levels.values) > _LEAST_SHARE:
+        message = _no_common_value(_from_the_others(levels), rows, fits[0].measured)
+        return Together("refused", message, measured, warnings=warnings, fits=fits)
     levels = levels._replace(parts=levels.parts | {"spread": _spread(levels) * np.eye(count)})
     weights = _weights(levels.covariance)
     mean = float(np.exp(weights @ levels.values))
@@ -174,18 +182,32 @@ def _excess_of_mean(levels: _Levels, reduced: dict[int, _Levels], weights: np.nd
 
 def _apart(numbers: Sequence[Logarithms], levels: _Levels, is_one: bool, has_camera: bool) -> list[float | None]:
     """By how many standard deviations each picture disagrees with the others, in the radius and in the camera."""
-    views, count, apart = [number.view for number in numbers], len(numbers), []
+    views = [number.view for number in numbers]
+    in_camera = [[contradiction(views, k)] if has_camera else [] for k in range(len(numbers))]
+    in_value = [[distance] for distance in _from_the_others(levels)] if is_one else [[] for _ in numbers]
+    pairs = [camera + value for camera, value in zip(in_camera, in_value, strict=True)]
+    return [max(sizes) if sizes else None for sizes in pairs]
+
+
+def _from_the_others(levels: _Levels) -> list[float]:
+    """By how many standard deviations each picture's number differs from the mean of the others."""
+    count, distances = len(levels.values), []
     for k in range(count):
-        values: list[float] = []
-        if has_camera:
-            values.append(contradiction(views, k))
-        if is_one:
-            beside = np.delete(np.arange(count), k)
-            weights = np.eye(count)[k]
-            weights[beside] -= _weights(levels.covariance[np.ix_(beside, beside)])
-            values.append(abs(float(weights @ levels.values)) / max(levels.sd(weights), 1e-300))
-        apart.append(max(values) if values else None)
-    return apart
+        beside = np.delete(np.arange(count), k)
+        weights = np.eye(count)[k]
+        weights[beside] -= _weights(levels.covariance[np.ix_(beside, beside)])
+        distances.append(abs(float(weights @ levels.values)) / max(levels.sd(weights), 1e-300))
+    return distances
+
+
+def _no_common_value(distances: list[float], rows: Sequence[PictureRow], measured: str) -> str:
+    """Why pictures that were to share a number do not."""
+    unit = TABLE[measured].unit
+    values = ", ".join(f"{row.name} {with_sd(row.alone, row.alone_sd, unit)}" for row in rows)
+    farthest = rows[int(np.argmax(distances))].name if len(rows) > 2 else "one of them"
+    return Reason.NO_COMMON_VALUE(
+        measured=measured.replace("_", " "), values=values, size=max(distances), most=_MOST_APART, picture=farthest
+    )
 
 
 def _warnings(apart: list[float | None], labels: Sequence[str]) -> list[str]:

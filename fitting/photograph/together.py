@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from fitting.parameters import EXPONENTS, Numbers, block_of, says_its_origin
+from fitting.photo import check_no_picture_twice
 from fitting.photograph.averaging import Averaging, Member
 from fitting.photograph.combination import Logarithms, combined
 from fitting.photograph.evidence import Evidence
@@ -72,14 +73,18 @@ def fit_together(
       names: of the pictures; their files' where they are not given.
       wavelength, ...: as in `fit`, lengths in metres; a list has one value for each picture: `[589.3e-9, 546.1e-9]`.
 
-    A picture that is refused is left out with a warning; one that contradicts the others is named. Raises ValueError
-    and FileNotFoundError for input that cannot be used.
+    A picture that is refused is left out with a warning; one that contradicts the others is named. Refused is one value
+    of pictures of which one lies more than ten standard deviations, and a hundredth, from the others. Raises ValueError
+    and FileNotFoundError for input that cannot be used, such as one picture twice.
 
     """
     arguments = {name: value for name, value in locals().items() if name not in ("images", "shared", "each", "names")}
     common = _checked_names(shared, each)
     pictures, labels = _checked_pictures(images, names)
     by_picture = [_arguments_of(arguments, place, len(pictures)) for place in range(len(pictures))]
+    # Another page, channel or wavelength of a file is another picture.
+    chosen = [[shown(own[name]) for name in ("page", "wavelength", "mask")] for own in by_picture]
+    check_no_picture_twice(pictures, labels, chosen)
     fits = [fit(image, **own) for image, own in zip(pictures, by_picture, strict=True)]
     numbers = [_logarithms(result) for result in fits]
     usable = [k for k, number in enumerate(numbers) if number is not None]

@@ -1,6 +1,7 @@
 """Several results in one question: the index of a liquid by rings in air and in it, lenses, repeated series."""
 
 from collections.abc import Sequence
+from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,7 +41,7 @@ def compare(results: Sequence[Any], of: str, *, names: Sequence[str] | None = No
       of: "gap_index", or what all results measured.
       names: of the results; their files' where they are not given.
 
-    Raises ValueError for fewer than two results, and for results that have no such quantity.
+    Raises ValueError for fewer than two results, for one given twice, and for results that have no such quantity.
 
     """
     require_choice("of", of, MEASURED)
@@ -50,6 +51,9 @@ def compare(results: Sequence[Any], of: str, *, names: Sequence[str] | None = No
     labels = list(names) if names is not None else [_name(result, k) for k, result in enumerate(results, 1)]
     if len(labels) != len(results):
         raise ValueError(f"{len(labels)} names are given for {len(results)} results; give one for each")
+    for (first, result), (second, another) in combinations(enumerate(results, 1), 2):
+        if result == another:
+            raise ValueError(f"results {first} and {second} are one, {labels[first - 1]}; give different ones")
     quantity = "radius" if of == "gap_index" else of
     parts = [_part(result, quantity, label) for result, label in zip(results, labels, strict=True)]
     return _index(parts, results, labels) if of == "gap_index" else _mean(parts, of, labels)

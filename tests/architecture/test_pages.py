@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from skimage.io import imsave
+from skimage.io import imread, imsave
 from typer.main import get_command
 
 from fitting.shell.cli import _one_by_one, app, main
@@ -56,6 +56,7 @@ def photographs(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("pages")
     sample = ROOT / "fitting/data/sample.png"
     shutil.copy(sample, folder / "rings.jpg")
+    imsave(folder / "rings_b.jpg", imread(sample)[::-1], check_contrast=False)
     y, x = np.mgrid[:300, :400]
     lines = [np.cos(2 * np.pi * (x * np.cos(t) + y * np.sin(t)) / 15.7) for t in (0.17, 0.17 + np.pi / 2)]
     imsave(folder / "reticle.jpg", _codes(0.5 + 0.2 * sum(np.tanh(5 * (line - 0.8)) for line in lines)))

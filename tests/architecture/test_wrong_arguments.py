@@ -29,6 +29,8 @@ SCENE, CAMERA = nj.newton_rings(1.0), nj.Camera((16, 16), 20e-6)
 # Nearly five fringes: half as many may be uneven light, and are refused.
 PIXEL = 40e-6
 IMAGE = rings(shape=(32, 32), pixel_size=PIXEL, centre=(15.0, 16.0))
+# A second one: none counts twice.
+MIRRORED = IMAGE[::-1]
 WRONG = [
     *(None, True, -1, 0, 1.5, np.nan, np.inf, -np.inf, 1e300, -1e300, 1e-300, 10**400, "x", "", b"x", 1j, "a" * 5000),
     *([], [1, 2], (1, 2, 3), ((1,), 2), (None, None), (np.nan, np.nan), ("a", "b"), {}, {"a": 1}, {1}, range(3)),
@@ -79,9 +81,9 @@ GIVEN = {
 }
 # Right values take these seconds, so fewer are tried.
 SLOW = {
-    fitting.fit_together: {"images": [IMAGE, IMAGE], "wavelength": 589.3e-9, "view": "reflected"},
-    fitting.ratio: {"first": IMAGE, "second": IMAGE, "wavelength": 589.3e-9, "view": "reflected"},
-    fitting.fit_stack: {"frames": np.stack([IMAGE, IMAGE]), "wavelength": 589.3e-9, "view": "reflected"},
+    fitting.fit_together: {"images": [IMAGE, MIRRORED], "wavelength": 589.3e-9, "view": "reflected"},
+    fitting.ratio: {"first": IMAGE, "second": MIRRORED, "wavelength": 589.3e-9, "view": "reflected"},
+    fitting.fit_stack: {"frames": np.stack([IMAGE, MIRRORED]), "wavelength": 589.3e-9, "view": "reflected"},
     fitting.information: {"scene": SCENE, "camera": CAMERA},
     fitting.sensitivity: {"scene": SCENE, "camera": CAMERA},
     fitting.derivative_images: {"scene": SCENE, "camera": CAMERA, "names": ("radius",)},

@@ -184,7 +184,7 @@ def test_two_steep_spheres_face_to_face_are_not_one():
 
 
 def test_plates_that_cannot_be_are_refused():
-    for plate, said in ((0.5, "lens is not convex"), (-1e-3, "is smaller than its rings"), (1.0001, "is zero within")):
+    for plate, said in ((0.5, "lens is not convex"), (-1e-3, "is below its rings"), (1.0001, "is zero within")):
         result = fit(CASE, plate_radius=plate, plate_radius_sd=min(1e-3, 0.1 * abs(plate)))
         assert (result.status, result.radius) == ("refused", None)
         assert said in result.message

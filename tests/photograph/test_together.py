@@ -135,10 +135,31 @@ def test_a_picture_of_another_camera_and_another_lens_is_named():
     assert result.warnings[-1].startswith("third contradicts")
     assert result.members[2].contradiction > 5
     one_lens = fitting.fit_together(images, shared="radius", **options)
+    assert (one_lens.status, one_lens.reason, one_lens.value) == ("refused", "NO_COMMON_VALUE", None)
     assert one_lens.warnings[-1].startswith("third contradicts")
-    # The spread between the pictures is in the deviation.
-    assert one_lens.sd > 0.005 * one_lens.value
-    assert "spread" in dict(one_lens.budget)
+    assert one_lens.message.endswith("measure each by itself, or leave out third")
+
+
+def test_pictures_somewhat_apart_have_the_spread_in_their_deviation():
+    images = [lens(orders, seed=k)[0] for k, orders in enumerate((12.0, 12.015))]
+    result = fitting.fit_together(images, shared="radius", pixel_size=PIXEL, parts=NO_CONTACT, **LAMP)
+    assert result.status == "ok"
+    apart = abs(result.members[0].value - result.members[1].value)
+    assert result.members[0].contradiction > 3
+    assert dict(result.budget)["spread"] > 0.4 * apart
+    assert result.sd > 0.4 * apart
+
+
+def test_no_picture_counts_twice(tmp_path):
+    picture = lens(12.0)[0]
+    for name in ("a.npy", "copy_of_a.npy"):
+        np.save(tmp_path / name, picture)
+    copies = [tmp_path / "a.npy", tmp_path / "copy_of_a.npy"]
+    with pytest.raises(ValueError, match=r"a.npy and copy_of_a.npy: pictures 1 and 2 are one picture, which would"):
+        fitting.fit_together(copies, pixel_size=PIXEL, **LAMP)
+    for verb in (fitting.fit_together, fitting.form):
+        with pytest.raises(ValueError, match="are one picture"):
+            verb([picture, picture[::-1], picture.copy()])
 
 
 def test_a_picture_without_rings_is_left_out_and_two_are_needed():

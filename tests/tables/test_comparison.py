@@ -68,6 +68,12 @@ def test_what_cannot_be_compared_is_refused(results, words):
         fitting.compare(results, "radius")
 
 
+def test_no_result_counts_twice():
+    results = [fitting.rings(table(noise=0.003, seed=seed), wavelength=WAVELENGTH) for seed in (0, 1, 0)]
+    with pytest.raises(ValueError, match="results 1 and 3 are one, result 1; give different ones"):
+        fitting.compare(results, "radius")
+
+
 def test_the_shell_compares_tables_and_saved_results(tmp_path, capsys):
     paths = []
     for name, rows in zip(("air", "water"), tables(), strict=True):
