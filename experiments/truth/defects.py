@@ -5,11 +5,14 @@ from io import BytesIO
 
 import numpy as np
 
+from experiments.truth.drawn_parts import DrawnParts, draw_parts, form_turns, squared_distance, view_of
 from experiments.truth.microscope_view import added_path
 
 WAVELENGTH = 589.3e-9
 # Finest fringe at the far corner [cycles per pixel].
 _FINEST = 0.35
+# Parts from the priors that an answer is averaged over.
+DRAWN = "drawn from the priors"
 DEFECTS = (
     "none",
     "distortion 2 %",
@@ -22,12 +25,16 @@ DEFECTS = (
     "doublet",
     "second rings",
     "scale 1 %",
+    DRAWN,
 )
 
 
 @dataclass(frozen=True)
 class Case:
-    """One photograph's truth: SI units, the centre in pixels, noise as a share of the fringes' full swing."""
+    """One photograph's truth: SI units, the centre in pixels, noise as a share of the fringes' full swing.
+
+    `parts`: those that are drawn from their priors.
+    """
 
     defect: str
     radius: float
@@ -38,11 +45,13 @@ class Case:
     noise: float
     seed: int
     rings: float
+    parts: DrawnParts | None = None
 
 
 def draw_case(defect: str, seed: int, largest: int = 2200) -> Case:
     """Radius 5 mm to 50 m, 3 to 300 rings in view, noise 1 to 20 %, the centre up to one field outside."""
     rng = np.random.default_rng([seed, DEFECTS.index(defect)])
+    parts = draw_parts(seed) if defect == DRAWN else None
     while True:
         radius = np.exp(rng.uniform(np.log(5e-3), np.log(50.0)))
         if defect == "contact 0.3 mm":
@@ -57,15 +66,35 @@ def draw_case(defect: str, seed: int, largest: int = 2200) -> Case:
         pixel_size = np.sqrt(turns * radius * WAVELENGTH) / size
         steep = pixel_size * size * np.sqrt(far2) / radius
         fits = defect != "contact 0.3 mm" or 0.5 * pixel_size * size > 2 * 0.3e-3
-        if size <= largest and steep < 0.3 and fits:
-            break
-    noise = np.exp(rng.uniform(np.log(0.01), np.log(0.2)))
-    gap = rng.uniform(0, WAVELENGTH / 2) if defect != "contact 0.3 mm" else 0.0
-    return Case(defect, radius, pixel_size, size, tuple(place * (size - 1)), gap, noise, seed, rings)
+        if not (size <= largest and steep < 0.3 and fits):
+            continue
+        noise = np.exp(rng.uniform(np.log(0.01), np.log(0.2)))
+        gap = rng.uniform(0, WAVELENGTH / 2) if defect != "contact 0.3 mm" else 0.0
+        case = Case(defect, radius, pixel_size, size, tuple(place * (size - 1)), gap, noise, seed, rings)
+        # Other rings for the same parts: these stay drawn from their priors.
+        case = case if parts is None else _with_parts(case, parts)
+        if case.size <= largest:
+            return case
+
+
+def _with_parts(case: Case, parts: DrawnParts) -> Case:
+    """The same in as many pixels as its fringes need with parts, and with so many rings."""
+    side = np.linspace(0, case.size - 1, 33)
+    x, y = np.meshgrid(side, side)
+    with_parts = replace(case, parts=parts, gap=parts.gap)
+    along_x = phase(with_parts, x + 0.5, y) - phase(with_parts, x - 0.5, y)
+    along_y = phase(with_parts, x, y + 0.5) - phase(with_parts, x, y - 0.5)
+    size = int(max(256, np.ceil(case.size * float(np.hypot(along_x, along_y).max()) / _FINEST)))
+    centre = tuple(np.array(case.centre) / (case.size - 1) * (size - 1))
+    return replace(with_parts, size=size, centre=centre, pixel_size=case.pixel_size * case.size / size)
 
 
 def phase(case: Case, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Turns of the path difference at pixels, the half turn of the reflection left out."""
+    if case.parts is not None:
+        r2 = squared_distance(case.parts, case.size, case.centre, x, y) * case.pixel_size**2
+        turns = _turns(case, r2, _sphere(case, r2), view_of(case.parts))
+        return turns + form_turns(case.parts, case.size, case.centre, x, y)
     rng = np.random.default_rng([case.seed, 7])
     half = (case.size - 1) / 2
     unit = np.hypot(half, half)
@@ -95,7 +124,7 @@ def phase(case: Case, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     along = (np.cos(azimuth) * dx + np.sin(azimuth) * dy) / np.cos(tilt)
     across = -np.sin(azimuth) * dx + np.cos(azimuth) * dy
     r2 = along**2 + across**2
-    thickness = case.gap + r2 / case.radius / (1 + np.sqrt(1 - r2 / case.radius**2))
+    thickness = _sphere(case, r2)
     if case.defect == "contact 0.3 mm":
         a = 0.3e-3
         r = np.sqrt(np.maximum(r2, a**2))
@@ -103,7 +132,16 @@ def phase(case: Case, x: np.ndarray, y: np.ndarray) -> np.ndarray:
             2 * case.radius
         )
         thickness = np.where(r2 > a**2, thickness, 0.0)
-    return (2 * thickness * np.cos(tilt) + added_path(case.radius, r2, case.gap)) / WAVELENGTH
+    return _turns(case, r2, thickness, np.cos(tilt))
+
+
+def _sphere(case: Case, r2: np.ndarray) -> np.ndarray:
+    return case.gap + r2 / case.radius / (1 + np.sqrt(1 - r2 / case.radius**2))
+
+
+def _turns(case: Case, r2: np.ndarray, thickness: np.ndarray, cosine: float) -> np.ndarray:
+    glass = {} if case.parts is None else case.parts.glass
+    return (2 * thickness * cosine + added_path(case.radius, r2, case.gap, **glass)) / WAVELENGTH
 
 
 def photograph(case: Case):
@@ -149,7 +187,7 @@ def _jpeg(image: np.ndarray) -> np.ndarray:
 
 def bound(case: Case, pixels: int = 20_000) -> float:
     """Cramér–Rao bound of the radius's relative deviation, six unknowns, without the defect."""
-    plain = replace(case, defect="none")
+    plain = replace(case, defect="none", parts=None)
     rng = np.random.default_rng(0)
     x, y = rng.uniform(0, case.size - 1, (2, pixels))
 

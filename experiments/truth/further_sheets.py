@@ -29,6 +29,18 @@ _LANGUAGES = {
     "Arabic": ("رقم الحلقة;القطر (mm)", "utf-8"),
     "Arabic radius": ("رتبة الحلقة;نصف القطر (mm)", "utf-8"),
     "Hindi": ("वलय क्रम;व्यास (mm)", "utf-8"),
+    "Finnish, ordinal": ("Järjestysluku;Halkaisija (mm)", "utf-8"),
+    "Hebrew radius": ('סדר;רדיוס (מ"מ)', "utf-8"),
+    "Bulgarian": ("Пореден номер на пръстена;Диаметър (мм)", "cp1251"),
+    "Thai": ("ลำดับ;เส้นผ่านศูนย์กลาง (mm)", "utf-8"),
+    "Persian": ("شماره حلقه;قطر (mm)", "utf-8"),
+    "Latvian": ("Gredzena numurs;Diametrs (mm)", "utf-8"),
+    "Lithuanian": ("Žiedo numeris;Skersmuo (mm)", "utf-8"),
+    "Estonian": ("Rõnga number;Läbimõõt (mm)", "utf-8"),
+    "Croatian, number of the ring": ("Broj prstena;Promjer (mm)", "utf-8"),
+    "Malay": ("Tertib gelang;Garis pusat (mm)", "utf-8"),
+    "Kazakh": ("Реті;Диаметрі, мм", "utf-8"),
+    "Japanese radius": ("環の番号;半径 (mm)", "utf-8"),
     "misspelt": ("ring number;ring diamater (mm)", "utf-8"),
 }
 
@@ -94,4 +106,24 @@ def _of_readers() -> Iterator[Form]:
     yield Form("sides below each other", "\n".join(blocks).encode(), 0)
 
 
-FURTHER = (*_of_languages(), *_of_units(), *_of_verniers(), *_of_readers())
+def _of_numbers() -> Iterator[Form]:
+    um = [f"{1e3 * size:,.1f}" for size in DIAMETERS]
+    pointed = [number.translate(str.maketrans(",.", ".,")) for number in um]
+    eastern = str.maketrans("0123456789.", "٠١٢٣٤٥٦٧٨٩٫")
+    rows = [
+        (str(n).translate(eastern), f"{size}".translate(eastern)) for n, size in zip(ORDERS, DIAMETERS, strict=True)
+    ]
+    yield Form("points between thousands", text("n;D (µm)", list(zip(ORDERS, pointed, strict=True)), ";").encode())
+    yield Form("Arabic digits", text("order,diameter (mm)", rows).encode())
+
+
+def _stacked() -> Iterator[Form]:
+    """Tables below each other, each with a header of its own."""
+    plain = text("order;diameter (mm)", list(zip(ORDERS, DIAMETERS, strict=True)), ";")
+    turned = [(comma(size / 10, 4), n) for n, size in zip(ORDERS, DIAMETERS, strict=True)]
+    yield Form("a second header in cm, turned", (plain + text("diameter (cm);order", turned, ";")).encode(), 24)
+    radii = text("order;radius (mm)", [(n, size / 2) for n, size in zip(ORDERS, DIAMETERS, strict=True)], ";")
+    yield Form("radii below diameters", (plain + radii).encode(), 0)
+
+
+FURTHER = (*_of_languages(), *_of_units(), *_of_verniers(), *_of_readers(), *_of_numbers(), *_stacked())

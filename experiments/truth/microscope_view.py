@@ -13,9 +13,12 @@ from fitting.model import microscope
 _DEGREE, _MARGIN = 24, 1.5
 
 
-def added_path(radius: float, r2: np.ndarray, gap: float) -> np.ndarray:
-    """Metres beyond 2 t at squared distances from the centre [m²], in reflection; zero where no rays arrive."""
-    view = microscope.View(radius, np.inf, 1.0, True)
+def added_path(radius: float, r2: np.ndarray, gap: float, **glass: float) -> np.ndarray:
+    """Metres beyond 2 t at squared distances from the centre [m²], in reflection; zero where no rays arrive.
+
+    `glass`: `lens_index` and `lens_thickness` [m] of another lens than the ready bench's.
+    """
+    view = microscope.View(radius, np.inf, 1.0, True, **glass)
     farthest = _MARGIN * float(r2.max())
     if not farthest < radius**2:
         return np.zeros_like(r2)

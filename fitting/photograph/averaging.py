@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.estimate import Fitted, pseudo_inverse
-from fitting.model import PARTS, SEARCHED, anchors_of, numbers_of
+from fitting.model import PARTS, SEARCHED, WARPS, anchors_of, numbers_of
 from fitting.parameters import NUMBERS, slots_of
 from fitting.photograph.priors import Priors
 from fitting.photograph.variance import variance_of
@@ -60,6 +60,12 @@ class Member:
     sets: list[Parts]
     misfit: float = 0.0
     chance: float = 1.0
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """All warps that may be there, and what its fit has beside them."""
+        warps = max(self.sets, key=len)
+        return tuple(part for part in PARTS if part in warps or (part in self.fit.parts and part not in WARPS))
 
 
 @dataclass(frozen=True)

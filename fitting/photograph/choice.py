@@ -17,6 +17,9 @@ from fitting.photograph.variance import variance_of
 
 # The axis of a picture that may be cut counts where it may move the phase by so much [turns].
 _AXIS_SEEN = 0.02
+# Beyond this change of the phase [turns] a fit's linear model does not reach the mean over sets of parts; rounds in
+# which the fit is then made anew.
+_LINEAR, _MOST_ROUNDS = 0.1, 3
 
 
 class Choice(NamedTuple):
@@ -61,10 +64,10 @@ def _axis_counts(fit: Fitted) -> bool:
     return "distortion" in fit.parts and float(np.abs(slopes).max()) * CUT > _AXIS_SEEN
 
 
-def _averaged(choice: Choice, members: list[Member]) -> Choice:
+def _averaged(choice: Choice, members: list[Member], rounds: int = _MOST_ROUNDS) -> Choice:
     """The fit with the most probable set of warps, and what the mean over all sets is made of.
 
-    `members`: fits with all that may be there.
+    `members`: fits with all that may be there, made anew in so many rounds where the mean is not linear in them.
     """
     if not members:
         return choice
@@ -79,6 +82,12 @@ def _averaged(choice: Choice, members: list[Member]) -> Choice:
     average = averaging.mean(variance)
     best_set, place, numbers = average.best
     member = members[place]
+    change = member.fit.solution.fields.slopes @ (numbers - member.fit.numbers)
+    if rounds and np.abs(change).max() > _LINEAR:
+        nearer = with_parts(member.fit, member.parts, numbers, member.priors, variance)
+        if nearer.converged and nearer.chi2 < member.fit.chi2:
+            members[place] = replace(member, fit=nearer)
+            return _averaged(choice, members, rounds - 1)
     parts = tuple(part for part in PARTS if part in best_set or (part in member.fit.parts and part not in WARPS))
     fit = member.fit if parts == member.fit.parts else _restricted(member, parts, numbers, variance)
     if not fit.converged:

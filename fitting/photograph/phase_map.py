@@ -30,9 +30,11 @@ def followed(fit: Fitted, parts: tuple[str, ...]) -> np.ndarray | None:
     target, root = gap_phase.phase(model, x, y, numbers) + difference, np.sqrt(strength)
     trial = numbers.copy()
     for _ in range(4):
-        phase, slopes = gap_phase.phase_and_slopes(model, x, y, trial)
-        slope = np.stack([slopes[name] for name in names], axis=1) * root[:, None]
-        ahead = (target - phase) * root
+        # A step may lead anywhere, as in `Target.nearest`.
+        with np.errstate(over="ignore", invalid="ignore"):
+            phase, slopes = gap_phase.phase_and_slopes(model, x, y, trial)
+            slope = np.stack([slopes[name] for name in names], axis=1) * root[:, None]
+            ahead = (target - phase) * root
         if not (np.isfinite(slope).all() and np.isfinite(ahead).all()):
             return None
         trial[slots_of(names)] += np.linalg.lstsq(slope, ahead, rcond=1e-12)[0]

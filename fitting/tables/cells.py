@@ -15,13 +15,15 @@ from fitting.tables.headers import FILLERS, METRES, ORDER_LIKE, UNIT_WORDS, word
 _MISSING = {"", "-", "--", "---", "–", "—", "−", "/", "\\", "?", "*", "x", "...", "…", "n/a", "na", "nan", "none",
             "null", "k.a.", "n.a.", "nd", "n.d.", "н/д", "无"}  # fmt: skip
 _ERROR = re.compile(r"#[\w/]+[!?]?|#{2,}|err:\d+", re.IGNORECASE)
-_MINUS = str.maketrans({"−": "-", "–": "-", "—": "-", "‐": "-", "‑": "-", "﹣": "-", "－": "-"})
+_MINUS = str.maketrans({"−": "-", "–": "-", "—": "-", "‐": "-", "‑": "-", "﹣": "-", "－": "-"} | {"٫": ".", "٬": ""})
 _GROUPS = re.compile("(?<=\\d)[\u00a0\u202f\u2009](?=\\d{3}(?!\\d))")
 _DIGITS = r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?"
 _NUMBER = re.compile(rf"({_DIGITS})\s*(?:(?:±|\+/-|\+-)\s*({_DIGITS})|\((\d+)\))?\s*([^\W\d_]+|°)?\.?")
 # Most cells, told without the pattern of all.
 _SIMPLE = re.compile(r"-?\d+(?:\.\d+)?")
 _THOUSANDS = re.compile(r"-?\d{1,3}(?:,\d{3})+\.\d+|-?\d{1,3}(?:,\d{3}){2,}")
+# In German and others: 1.234,5.
+_POINTED_THOUSANDS = re.compile(r"-?\d{1,3}(?:\.\d{3})+,\d+")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,(\d+)(?:[eE][+-]?\d+)?")
 _ORDINAL = re.compile(r"(\D*?)\s*(\d+)\s*(?:st|nd|rd|th|er|re|e|eme|ème|a|o|º|ª|°|-?[еяйо]|环|環|\.|\)|:)?")
 # From here on a whole number beside "1,330" may be one beside thousands.
@@ -42,6 +44,8 @@ def plain(cell: str) -> str:
 def number_in(cell: str) -> re.Match[str] | None:
     """The number of a cell that is one, with its deviation and unit; None for text."""
     text = plain(cell)
+    if _POINTED_THOUSANDS.fullmatch(text):
+        text = text.replace(".", "")
     match = _NUMBER.fullmatch(text)
     if match and match[4] and unit_in(match[4]) is None:
         return None

@@ -1,16 +1,19 @@
 """Where a table lies among rows of cells: its header, its units, its blocks, and the rows that are none of it."""
 
+import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from fitting.tables.cells import is_missing, is_number, unit_in
-from fitting.tables.headers import canonical, order_rank
+from fitting.tables.headers import METRES, SIZES, UNITS, canonical, order_rank
 from fitting.tables.sources import Grid
 from fitting.tables.spellings import spelling
 
 # Rows in which a header is looked for, and the most words that one of its cells has.
 _LOOKED_AT, _MOST_WORDS = 60, 9
+# A number without an exponent.
+_PLAIN = re.compile(r"-?\d+(?:[.,]\d+)?")
 # A header's quality with orders and sizes, from which on no other one is looked for.
 _COMPLETE = 3
 
@@ -139,13 +142,17 @@ def _body(names: list[str], body: list[tuple[list[str], int]], titles: list[str]
     """The rows below a header; a row of words between them begins another block."""
     width, rows, lines, ignored = len(names), [], [], []
     block, block_names, label, is_new = [], [], "", True
+    read_as: Callable[[list[str]], list[str]] = list
     for row, line in body:
         if not any(map(is_number, row)):
-            if _to(row, names) != names and not _units(row):
+            if _is_text(row) and _header(row, 0, 0).quality > _COMPLETE:
+                read_as = _like_the_first(names, row, line)
+            elif _to(row, names) != names and not _units(row):
                 label = " ".join(filter(None, row))
                 ignored.append(f"line {line} ({label[:30]!r})")
             is_new = True
             continue
+        row = read_as(row)
         if any(row[width:]):
             raise ValueError(
                 f"line {line}: its number of cells is not the header's {width}; where commas stand in numbers, put "
@@ -163,6 +170,52 @@ def _body(names: list[str], body: list[tuple[list[str], int]], titles: list[str]
     # What the names say of a block that begins it is no row that was left out.
     ignored = [text for text in ignored if not any(repr(name[:30]) in text for name in block_names)]
     return Layout(names, rows, lines, block, block_names, titles, ignored)
+
+
+def _like_the_first(names: list[str], header: list[str], line: int) -> Callable[[list[str]], list[str]]:
+    """How a further header's rows are read below the first one: in its order, sizes in its units.
+
+    Raises ValueError where the header names other columns, such as radii below diameters.
+    """
+    further = [_meaning(name) for name in header]
+    sources: list[tuple[int, int]] = []
+    for kind, unit in map(_meaning, names):
+        at = next((k for k, (further_kind, _) in enumerate(further) if further_kind == kind), None)
+        further_unit = unit if at is None else further[at][1]
+        is_alike = unit == further_unit or {unit, further_unit} <= METRES.keys()
+        if (at is None and (kind == "order" or kind in SIZES)) or not is_alike:
+            raise ValueError(
+                f"line {line} is a second header, {_listed(header)}, of other columns than the first, "
+                f"{_listed(names)}; give each table by itself (newtonjax compare takes their results), or the same "
+                "columns in both"
+            )
+        power = 0 if unit == further_unit else round(math.log10(METRES[further_unit] / METRES[unit]))
+        sources.append((len(header) if at is None else at, power))
+
+    def read(row: list[str]) -> list[str]:
+        row = [*_to(row, header)[: len(header)], "", *row[len(header) :]]
+        return [_times_ten(row[at], power) for at, power in sources]
+
+    return read
+
+
+def _times_ten(cell: str, power: int) -> str:
+    """A plain number in a unit of which a power of ten makes the column's; what is none stays as it is."""
+    return f"{cell}e{power}" if power and _PLAIN.fullmatch(cell) else cell
+
+
+def _meaning(name: str) -> tuple[str, str]:
+    """What a column holds, by name or letter, and its unit where it states one."""
+    if order_rank(name) is not None:
+        return "order", ""
+    spelled = spelling(name)
+    usual = canonical(name) or (spelled.name if spelled and not spelled.is_square else "")
+    kind, _, unit = usual.rpartition("_") if usual.rpartition("_")[2] in UNITS else (usual, "", "")
+    return kind or name, unit
+
+
+def _listed(names: Sequence[str]) -> str:
+    return repr(", ".join(filter(None, names)))
 
 
 def _blocks_apart(layout: Layout) -> Layout:

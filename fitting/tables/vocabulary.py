@@ -10,22 +10,27 @@ _SIGNS = str.maketrans({
 # Each meaning with the words that have it, in plain letters: accents are taken away before words are looked up.
 _WORDS = {
     "order": "ordnung ordnungszahl ringordnung ordre rang orden ordine ordem порядок rzad rad orde ordning τάξη "
-    "kertaluku kertaluokka rendszam ordin ordinul redni 차수 رتبة المرتبة מרתבה stopien ред סדר क्रम",
+    "kertaluku kertaluokka rendszam ordin ordinul redni 차수 رتبة المرتبة stopien ред סדר क्रम "
+    "jarjestysluku ลำดับ อันดับ مرتبه tertib реті jark eile",
     "number": "nummer ringnummer lfd numero nombre номер numer cislo nomor numara broj n° nº n.o kolejny αριθμός "
-    "sorszam sorszama ringnr numar numarul lp 번호 رقم מספר stt αα",
+    "sorszam sorszama ringnr numar numarul lp 번호 رقم מספר stt αα "
+    "пореден numurs numeris شماره ที่",
     "ring": "anneau anneaux anillo anillos anello anelli anel кольцо кольца кольце колец кільця кільце prazka prazek "
     "pierscien pierscienia krouzek halka ringe ringes rings krouzku δακτύλιος δακτυλίου δακτύλιοι rengas renkaan "
-    "gyuru gyurus inel inelul inelului prsten pierscieni 고리 링 무늬 الحلقة حلقة טבעת cincin वलय",
+    "gyuru gyurus inel inelul inelului prsten pierscieni 고리 링 무늬 الحلقة حلقة טבעת cincin वलय "
+    "gredzena ziedo ronga prstena gelang حلقه วงแหวน пръстен пръстена прстен прстена",
     "fringe": "fringes streifen interferenzstreifen frange franges frangia frangie franja franjas полоса полосы "
     "полос",
     "dark": "dunkel dunkle dunkler sombre oscuro oscuri scuro escuro темное темного темных ciemny ciemnego",
     "bright": "hell helle heller brillant clair brillante chiaro claro светлое светлого светлых jasny jasnego",
     "diameter": "durchmesser ringdurchmesser diametre diametro диаметр діаметр srednica srednicy diam dia cap "
     "diametr diametern diameters diametres diametros diametri διάμετρος halkaisija atmero diametru diametrul premer "
-    "promjer priemer пречник диаметър 지름 직경 القطر قطر קוטר व्यास diamater diamter dimeter daimeter",
+    "promjer priemer пречник диаметър 지름 직경 القطر قطر קוטר व्यास diamater diamter dimeter daimeter "
+    "diametrs skersmuo labimoot диаметрі เส้นผ่านศูนย์กลาง",
     "radius": "halbmesser ringradius rayon raggio radio raio радиус радіус promien promienia straal radie yaricap "
     "polomer radii rayons radios raggi ακτίνα säde sateen sugar raza polumjer polmer полупречник радијус 반지름 반경 "
-    "شعاع רדיוס त्रिज्या jari-jari jari raduis radious",
+    "شعاع רדיוס त्रिज्या jari-jari jari raduis radious "
+    "spindulys raadius jejari รัศมี",
     "left": "links linke linker linkes gauche izquierda izq izquierdo sinistra sinistro esquerda слева левый левая "
     "левое левого лев lewa lewy lewo vanster lft lhs vlevo leva αριστερά αριστερή vasen vasemmalla bal balra stanga "
     "stinga venstre lijevo levo xлев xл 왼쪽 좌측 좌 يسار اليسار שמאל kiri trai ляво",
@@ -45,9 +50,9 @@ _WORDS = {
     "negyzet patrat 제곱 kvadrat",
     "reading": "ablesung lecture lectura lettura leitura отсчет показание odczyt aflezing",
     "edge": "rand bord borde bordo край tangente kante brzeg",
-    "of": "de des der von di do da dei delle del du d'",
+    "of": "de des der von di do da dei delle del du d' на",
     "the": "le la les el los il lo das die i-ten",
-    "mm": "мм",
+    "mm": "мм مم ملم มม",
     "cm": "см",
     "um": "мкм mkm",
     "m": "м",
@@ -67,7 +72,7 @@ _PARTS = {
     "毫米": "mm", "厘米": "cm", "微米": "um", "位置": "position", "读数": "reading", "讀數": "reading",
     "暗环": "ring", "亮环": "ring", "圆环": "ring", "左侧": "left", "右侧": "right", "左边": "left",
     "右边": "right", "左端": "left", "右端": "right", "左": "left", "右": "right", "环": "ring", "環": "ring",
-    "输": "ring", "组": "series", "的": "of", "第": "the",
+    "输": "ring", "组": "series", "的": "of", "の": "of", "第": "the",
 }  # fmt: skip
 _SIZES = {"diameter", "radius", "left", "right", "position"}
 _MAIN_SCALE = re.compile(r"\bmain\s+scale\b|\bm\.\s?s\.\s?r\.?")
@@ -75,7 +80,7 @@ _VERNIER = re.compile(r"\b(?:vernier|circular|head|drum)\s+scale\b|\bv\.\s?s\.\s
 _BETWEEN = re.compile(r"[\s_,;:/()\[\]{}<>.|（）、=′'\"$\\-]+")
 # Meanings of two words: half the diameter in Arabic, and in Vietnamese.
 _PHRASES = {"نصف القطر": "radius", "نصف قطر": "radius", "duong kinh": "diameter", "ban kinh": "radius",
-            "bac van": "order"}  # fmt: skip
+            "bac van": "order", "garis pusat": "diameter", 'מ"מ': "mm", "מ״מ": "mm"}  # fmt: skip
 # In Czech the diameter and the mean.
 _DIAMETER_OR_MEAN = "prumer"
 

@@ -9,7 +9,8 @@ import pytest
 
 import fitting
 import newtonjax as nj
-from experiments.truth.defects import WAVELENGTH, Case, photograph
+from experiments.truth.defects import DRAWN, WAVELENGTH, Case, photograph
+from experiments.truth.drawn_parts import DrawnParts
 from fitting import model
 from fitting.estimate import problem_of, solve
 from fitting.parameters import Numbers
@@ -56,6 +57,16 @@ def test_no_part_is_kept_where_none_is(defect, plain):
     assert result.evidence.found.parts == ()
     # What a fitted exponent leaves of a gamma's harmonics errs together in zones, and counts as that.
     assert abs(result.radius - 1) < 4 * result.radius_sd < (1e-3 if defect == "gamma 2.2" else 4e-4)
+
+
+def test_a_distortion_that_the_first_fit_is_not_linear_in_is_measured():
+    """19 % at half a diagonal, and rings beyond a corner: without the part the fit explains half of the light."""
+    glass = {"lens_index": 1.5, "lens_thickness": 5e-3}
+    parts = DrawnParts(("distortion",), {"distortion": -0.19, "axis_x": -0.009, "axis_y": -0.01}, 1e-7, glass)
+    far = Case(DRAWN, 0.53, 6.76e-6, 256, (-48.5, -47.5), 1e-7, 0.02, 61, 26.0, parts)
+    result = fit(far)
+    assert abs(result.radius / far.radius - 1) < 3 * result.radius_sd / far.radius < 3e-3
+    assert result.evidence.found.correlation < 2
 
 
 def test_a_gamma_is_found_and_named():
