@@ -7,7 +7,7 @@ the syntax of `str.format`, and may be put better. A translation is a table from
 
 from enum import unique
 
-from fitting.wordings import FormWords, StudyWords, TogetherWords
+from fitting.wordings import FormWords, GridWords, StudyWords, TogetherWords
 from newtonjax.numerics import Wording
 
 
@@ -151,6 +151,7 @@ class Reason(Wording):
     # Draws from a posterior, and studies of a bench.
     CHAIN_TOO_SHORT = StudyWords.CHAIN_TOO_SHORT
     CHAIN_BEYOND_LIKELIHOOD = StudyWords.CHAIN_BEYOND_LIKELIHOOD
+    CHAIN_PRIOR_TENSION = StudyWords.CHAIN_PRIOR_TENSION
     UNDETERMINED_COMBINATIONS = StudyWords.UNDETERMINED_COMBINATIONS
     ONLY_PRODUCT_MEASURED = StudyWords.ONLY_PRODUCT_MEASURED
     UNSEEN_CHANGES = StudyWords.UNSEEN_CHANGES
@@ -167,25 +168,16 @@ class Reason(Wording):
     NO_GRID = "no grid: no two directions of evenly spaced lines were found"
     NO_GRID_COHERENCE = "no grid found: line coherence is {coherence:.2g}; at least {least:.2g} is required"
     GRID_TOO_SMALL = "no square grid: its lines cover too little of the picture"
-    GRID_NOT_SQUARE = (
-        "no square grid: what looks like one is {skew:.2g}° off a right angle, {stretch:.1%} longer one way and "
-        "distorted by {distortion:.2g}"
-    )
+    GRID_NOT_SQUARE = GridWords.GRID_NOT_SQUARE
     DIVISION_TREATED_AS_EXACT = (
         "no standard deviation is given for division: treated as exact, and the uncertainty does not include it"
     )
-    PIXELS_NOT_SQUARE = (
-        "pixels are {uneven:.2g} longer one way than across it ({along}; {ratio:.2g} standard deviations): a tilted "
-        "grid, or no square pixels; their mean counts, with half of the difference as sd ({uneven:.2%} of a radius)"
-    )
+    PIXELS_NOT_SQUARE = GridWords.PIXELS_NOT_SQUARE
     DISTANCE_TREATED_AS_EXACT = "no standard deviation is given for distance: it is treated as exact"
     PIXELS_TAKEN_AS_SQUARE = "two points measure the scale one way only: pixels are taken as square, seen from above"
     POINTS_TOO_NEAR = "the points are {length:.3g} px apart, which do not determine a scale; take points farther apart"
     PICTURE_OF_OTHER_SIZE = "half diagonals of {picture:.4g} px, that of the grid {grid:.4g} px: taken as a cut"
-    STRETCHED_OTHERWISE = (
-        "the rings are stretched by {rings:.4f} ± {rings_sd:.2g} (x over y), the grid by {grid:.4f} ± {grid_sd:.2g}, "
-        "{ratio:.2g} standard deviations apart: one was photographed at a slant. The radius may be {size:.2%} off"
-    )
+    STRETCHED_OTHERWISE = GridWords.STRETCHED_OTHERWISE
 
     # A table of ring readings: what was read.
     ROWS_LEFT_OUT = "{rows} with an empty cell left out"

@@ -12,6 +12,10 @@ class StudyWords:
         "the posterior extends {excursion:.2g} turns from the fit; the likelihood is accurate to {near:g} turns, and "
         "draws beyond are missing; include more rings"
     )
+    CHAIN_PRIOR_TENSION = (
+        "{name} is {value:.8g} ± {sd:.2g} by the fit, {ratio:.1f} sd from its prior, {prior}: they contradict each "
+        "other; widen the prior, or look for what is wrong in picture, scale or light"
+    )
     UNDETERMINED_COMBINATIONS = "{combinations}"
     ONLY_PRODUCT_MEASURED = "{together}: only {product} is measured"
     UNSEEN_CHANGES = "{together}: the image does not change with {changes}"
@@ -70,4 +74,21 @@ class FormWords:
     FRAME_CONTRADICTS = (
         "frame {frame} contradicts the others: chi-squared between their forms is {size:.1f} a term; its light or its "
         "surface was another, leave it out"
+    )
+
+
+class GridWords:
+    """Of a ruled grid, and of rings that do not go with it."""
+
+    GRID_NOT_SQUARE = (
+        "no square grid: what looks like one is {skew:.2g}° off a right angle, {stretch:.1%} longer one way and "
+        "distorted by {distortion:.2g}"
+    )
+    PIXELS_NOT_SQUARE = (
+        "pixels are {uneven:.2g} longer one way than across it ({along}; {ratio:.2g} standard deviations): a tilted "
+        "grid, or no square pixels; their mean counts, with half of the difference as sd ({uneven:.2%} of a radius)"
+    )
+    STRETCHED_OTHERWISE = (
+        "the rings are stretched by {rings:.4f} ± {rings_sd:.2g} (x over y), the grid by {grid:.4f} ± {grid_sd:.2g}, "
+        "{ratio:.2g} standard deviations apart: one was photographed at a slant. The radius may be {size:.2%} off"
     )

@@ -12,6 +12,7 @@ from newtonjax.scene import hertz_gap
 _SQUARES = tuple(0.002 * 1.7**k for k in range(8))
 # Turns of phase, and share of the contact, within which two of them go to the same optimum.
 _BESIDE = 0.2
+_TINY = 1e-300
 
 
 class Contact(AbstractPart):
@@ -61,9 +62,14 @@ class Contact(AbstractPart):
 
     def shown(self, numbers: Numbers, length: float, is_scaled: bool) -> dict[str, Shown]:
         """The disc's radius."""
-        root = np.sqrt(np.clip(numbers.contact, 0, None))
-        slope = np.where(root > 0, length / np.where(root > 0, 2 * root, 1.0), 0.0)
+        size = abs(numbers.contact)
+        root = ((numbers.contact + size) / 2) ** 0.5
+        slope = length * root / (2 * size + _TINY)
         return {"contact": Shown("contact_radius" if is_scaled else "contact_radius_px", root * length, slope)}
+
+    def number_of(self, name: str, value, length):  # noqa: ARG002
+        """The squared radius [half diagonals²] of a disc's radius."""
+        return (value / length) ** 2
 
 
 def _hertz(r2, a2):

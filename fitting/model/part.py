@@ -137,3 +137,7 @@ class AbstractPart:
     def shown(self, numbers: Numbers, length: float, is_scaled: bool) -> dict[str, Shown]:
         """Its numbers in a result, where not as they are; `length`: half a diagonal [m], or [px] without a scale."""
         raise NotImplementedError
+
+    def number_of(self, name: str, value, length):  # noqa: ARG002
+        """A number of the model for its value in a result; the inverse of `shown`."""
+        return value

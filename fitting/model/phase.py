@@ -121,7 +121,11 @@ class GapModel(eqx.Module):
     def measured(self, quantities: Quantities, curvature, changed: Mapping):
         """The quantity that is measured, or the fringe scale, for its first number and changed given quantities."""
         scale = curvature / self.frame.unit**2
-        return scale if quantities.unknown is None else quantities.solve(scale, changed)
+        return scale if quantities.unknown is None else quantities.measured_at(scale, changed)
+
+    def first_number(self, quantities: Quantities, measured, changed: Mapping):
+        """The inverse of `measured`."""
+        return (measured if quantities.unknown is None else quantities.scale(measured, changed)) * self.frame.unit**2
 
     def changed(self, quantities: Quantities, numbers: Numbers, name: str, factor: float) -> "GapModel":  # noqa: ARG002
         """The model for other given quantities, one of which was multiplied."""
@@ -198,6 +202,10 @@ class SceneModel(eqx.Module):
     def measured(self, quantities: Quantities, curvature, changed: Mapping):  # noqa: ARG002
         """The quantity that is measured, for its first number."""
         return self._own()[quantities.measured] * (1 + curvature)
+
+    def first_number(self, quantities: Quantities, measured, changed: Mapping):  # noqa: ARG002
+        """The inverse of `measured`."""
+        return measured / self._own()[quantities.measured] - 1
 
     def _own(self) -> dict[str, float]:
         return {**quantities_of(self.scene, self.face), "pixel_size": float(self.pixel_size)}

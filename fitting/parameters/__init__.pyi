@@ -36,6 +36,8 @@ from fitting.parameters.html import Source as Source
 from fitting.parameters.html import page as page
 from fitting.parameters.light_numbers import EVEN as EVEN
 from fitting.parameters.measurement import AbstractMeasurement as AbstractMeasurement
+from fitting.parameters.normal import normal_pair as normal_pair
+from fitting.parameters.normal import positive_sd as positive_sd
 from fitting.parameters.parameter import Parameter as Parameter
 from fitting.parameters.parameter import parameters_from as parameters_from
 from fitting.parameters.result import AbstractResult as AbstractResult

@@ -1,5 +1,6 @@
 """Which quantity a fit measures: n s² / (R λ) is one number, so three of the four must be given."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -135,6 +136,17 @@ class Quantities:
         exponent = EXPONENTS[self.measured]
         logarithm = sum(EXPONENTS[name] * np.log(value) for name, value in {**self.given, **changed}.items())
         return np.exp((np.log(scale) - logarithm) / exponent)
+
+    def measured_at(self, scale, changed: Mapping):
+        """The same as `solve`, for JAX too."""
+        values = {**self.given, **changed}
+        factor = math.prod(value ** EXPONENTS[name] for name, value in values.items())
+        return (scale / factor) ** (1 / EXPONENTS[self.measured])
+
+    def scale(self, measured, changed: Mapping = MappingProxyType({})):
+        """The fringe scale [1/px²] of a value of the measured quantity; as in `solve`."""
+        values = {**self.given, **changed, self.measured: measured}
+        return math.prod(values[name] ** exponent for name, exponent in EXPONENTS.items())
 
     def values(self, scale: float) -> dict[str, float]:
         """All four quantities for a fringe scale."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from fitting.estimate import Prior
 from fitting.model import AXIS, PARTS, PRIORS, RADIAL, anchors_of, numbers_of
-from fitting.parameters import TABLE, Numbers, number, read_sd
+from fitting.parameters import TABLE, Numbers, normal_pair, number, positive_sd
 from newtonjax.numerics import shown
 
 # Where the axis of a picture may lie that has been cut, in half diagonals from its middle.
@@ -101,19 +101,21 @@ def checked_priors(priors: Any, wishes: Mapping[str, bool]) -> dict[str, StatedP
 def _checked_prior(name: Any, pair: Any, wishes: Mapping[str, bool]) -> StatedPrior:
     if name not in _PART_OF:
         near = get_close_matches(str(name), _PART_OF, 1)
-        meant = f", perhaps {near[0]}" if near else ""
+        meant = f", perhaps {near[0]}" if near else "; sample takes priors of all that is drawn" * (name in TABLE)
         raise ValueError(f"priors: {shown(name)} has no prior; allowed: {', '.join(_PART_OF)}{meant}")
     part = _PART_OF[name]
     if wishes.get(part) is False:
         raise ValueError(f"priors: {name} is a number of {part}, which is left out; leave out its prior, or let it be")
+    pair = normal_pair(pair)
+    if callable(pair) or hasattr(pair, "logpdf") or hasattr(pair, "log_prob"):
+        raise ValueError(
+            f"priors: {name} is {shown(pair)}; a fit takes normal ones, (value, sd); "
+            "sample(result, priors=...) takes any distribution"
+        )
     if not isinstance(pair, tuple | list) or len(pair) != 2:
         raise ValueError(f"priors: {name} is {shown(pair)}; allowed: (value, sd)")
     value = number(f"priors: {name}", pair[0])
-    is_relative, size = read_sd(pair[1])
-    sd = size * abs(value) if is_relative else size
-    if not 0 < sd < np.inf:
-        allowed = 'a number above zero, or a percentage of a value that is not 0, such as "10%"'
-        raise ValueError(f"priors: {name} has the sd {shown(pair[1])}; allowed: {allowed}")
+    sd = positive_sd(f"priors: {name}", pair[1], value)
     # Bounds are those at the rim of the lit field, which may be well within half a diagonal.
     low, high = (bound * (2 if name in RADIAL else 1) for bound in TABLE[name].bounds)
     if not low < value < high:

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from fitting.estimate import Fitted
-from fitting.parameters import AbstractResult, Origin, Quantities, common_from, rounded, with_sd
+from fitting.parameters import AbstractResult, Origin, common_from, rounded, with_sd
 from fitting.reasons import Reason
-from fitting.sampling.density import NEAR, Posterior, draws, excursions, in_blocks
+from fitting.sampling.density import NEAR, excursions, in_blocks
+from fitting.sampling.posterior_function import LogPosterior
+from fitting.sampling.tension import tensions
 from newtonjax.numerics import require_number, shown
 
 # A chain shorter than this many autocorrelation times tells no quantile (emcee's documentation; Sokal 1997).
@@ -25,6 +26,7 @@ class Chain(AbstractResult):
       [steps, walkers], up to a constant.
     - `autocorrelation_time` [names] in steps (Goodman and Weare 2010); `effective` draws, the fewest of any name.
     - `acceptance`: mean share of accepted moves; `split_rhat` [names]: half-chains against each other.
+    - `priors`: of the user's own, by name in words; `warnings`: those that the image contradicts.
 
     The posterior is that of the model and of what was given: rows of the fit's budget for what the model leaves out are
     not in it.
@@ -41,12 +43,17 @@ class Chain(AbstractResult):
     message: str = ""
     warnings: list[str] = field(default_factory=list)
     origin: Origin | None = None
+    priors: Mapping[str, str] = field(default_factory=dict)
 
     def of(self, name: str) -> np.ndarray:
         """All draws of one number. Raises ValueError for an unknown name."""
         if not (isinstance(name, str) and name in self.names):
             raise ValueError(f"the chain has no {shown(name)}; it has {', '.join(self.names)}")
         return self.values[:, :, self.names.index(name)].ravel()
+
+    def draws(self) -> dict[str, np.ndarray]:
+        """The draws by name, each [walkers, steps]: chains by draws, as ArviZ takes a posterior."""
+        return {name: self.values[:, :, k].T for k, name in enumerate(self.names)}
 
     def interval(self, name: str, coverage: float = 0.95) -> tuple[float, float]:
         """Quantiles with equal tails.
@@ -78,6 +85,7 @@ class Chain(AbstractResult):
                 }
                 for k, name in enumerate(self.names)
             },
+            "priors": dict(self.priors),
             **self._common(),
             "draws": self.values.tolist(),
             "log_prob": self.log_prob.tolist(),
@@ -96,6 +104,7 @@ class Chain(AbstractResult):
             saved["acceptance"],
             np.array([row["split_rhat"] for row in parameters.values()], float),
             *common_from(saved),
+            saved.get("priors", {}),
         )
 
     def figure(self, ax=None) -> Any:
@@ -130,25 +139,20 @@ class Chain(AbstractResult):
                 f"    {name:<14} {with_sd(mean, sd)}{interval}"
                 f", autocorrelation {self.autocorrelation_time[k]:.0f} steps, R-hat {self.split_rhat[k]:.3f}"
             ]
+        lines += [f"    prior of {name}: {words}" for name, words in self.priors.items()]
+        lines += [f"    warning: {warning}" for warning in self.warnings]
         return "\n".join(lines)
 
 
-def chain_of(
-    target: Posterior,
-    fitted: Fitted,
-    quantities: Quantities,
-    points: np.ndarray,
-    log_prob: np.ndarray,
-    acceptance: float,
-) -> Chain:
+def chain_of(density: LogPosterior, points: np.ndarray, log_prob: np.ndarray, acceptance: float) -> Chain:
     """The chain of points [steps, walkers, dimensions] after burn-in, with its diagnostics."""
     import emcee
 
-    flat = points.reshape(-1, target.dimensions)
+    flat = points.reshape(-1, density.dimensions)
     # A walker that does not move stays where its last excursion is known.
-    excursion = float(in_blocks(excursions, target, np.unique(flat, axis=0)).max())
-    sample = draws(target, fitted, quantities, flat)
-    values = sample.values.reshape(*points.shape[:2], -1)
+    excursion = float(in_blocks(excursions, density.target, np.unique(flat, axis=0)).max())
+    columns = density.values(flat)
+    values = np.stack(list(columns.values()), axis=1).reshape(*points.shape[:2], -1)
     with np.errstate(invalid="ignore"):  # a walker that has never moved has no autocorrelation
         time = np.atleast_1d(emcee.autocorr.integrated_time(values, quiet=True, tol=0))
     length, slowest = len(values), float(np.max(time))
@@ -159,7 +163,7 @@ def chain_of(
     if excursion > 0.9 * NEAR:
         message = Reason.CHAIN_BEYOND_LIKELIHOOD(excursion=excursion, near=NEAR)
     return Chain(
-        sample.names,
+        density.names,
         values,
         log_prob,
         time,
@@ -168,6 +172,8 @@ def chain_of(
         split_rhat(values),
         "not-converged" if message else "ok",
         message,
+        [*tensions(density, columns)],
+        priors={name: prior.words for name, prior in density.priors.items()},
     )
 
 

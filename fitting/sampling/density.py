@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 import equinox as eqx
 import jax
@@ -20,15 +19,12 @@ from fitting.model import (
     degrees,
     free_numbers,
     model_coefficients,
-    shown_of,
 )
 from fitting.parameters import (
     NUMBERS,
-    Numbers,
     Quantities,
     block_of,
     held_turns,
-    result_names,
     slots_of,
 )
 from newtonjax.fields import packed
@@ -44,7 +40,8 @@ class Posterior(eqx.Module):
     A point holds the free numbers that move, in units of their noise about where the optimum is for the given
     quantities, then each of these, in its own standard deviations from its value. The priors are normal in what is
     given and in the parts' numbers, and flat in the others and in the coefficients of background and contrast, which
-    are integrated over. `centre`, `precision`: of the priors of the free numbers, precision 0 without one.
+    are integrated over. `centre`, `precision`: of the priors of the free numbers, precision 0 without one;
+    `counts`: 1 for each given quantity, 0 where a prior of the user's stands for its normal one.
     """
 
     model: GapModel | SceneModel
@@ -57,6 +54,7 @@ class Posterior(eqx.Module):
     held_turns: Float[Array, ""]
     centre: Float[Array, " free"]
     precision: Float[Array, " free"]
+    counts: Float[Array, " given"]
     moving: tuple[str, ...] = eqx.field(static=True)
     given: tuple[str, ...] = eqx.field(static=True)
     unknown: str | None = eqx.field(static=True)
@@ -64,14 +62,21 @@ class Posterior(eqx.Module):
 
     def __call__(self, point: Float[Array, " dimensions"]) -> Float[Array, ""]:
         """Log-density up to a constant; -inf where the moments do not hold it."""
-        phase, contrast = self.fields(point)
         free, factors = self.numbers(point)
+        return self.log_likelihood(free, factors) + self.log_prior(free, factors)
+
+    def log_likelihood(self, free: Float[Array, " free"], factors: Float[Array, " given"]) -> Float[Array, ""]:
+        """Of the image, background and contrast integrated over; -inf where the moments do not hold it."""
+        phase, contrast = self._fields(free, factors)
         chi2, volume = _marginal(self.kept, phase, contrast, self.shape)
-        steps = point[len(self.moving) :]
-        prior = self.precision @ (free - self.centre) ** 2
-        density = -0.5 * (chi2 / self.variance + volume + prior + steps @ steps)
-        known = (self._away(phase) < NEAR) & (factors > 0).all() & jnp.isfinite(density)
-        return jnp.where(known, density, -jnp.inf)
+        density = -0.5 * (chi2 / self.variance + volume)
+        is_held = (self._away(phase) < NEAR) & (factors > 0).all() & jnp.isfinite(density)
+        return jnp.where(is_held, density, -jnp.inf)
+
+    def log_prior(self, free: Float[Array, " free"], factors: Float[Array, " given"]) -> Float[Array, ""]:
+        """Of the parts' numbers and of what is given."""
+        steps = (factors - 1) / self.relative_sd
+        return -0.5 * (self.precision @ (free - self.centre) ** 2 + self.counts @ steps**2)
 
     def excursion(self, point: Float[Array, " dimensions"]) -> Float[Array, ""]:
         """Largest distance of the phase from the moments' reference [turns]."""
@@ -82,7 +87,9 @@ class Posterior(eqx.Module):
 
     def fields(self, point: Float[Array, " dimensions"]) -> Float[Array, "2 nodes"]:
         """Phase [turns] and contrast at the nodes."""
-        free, factors = self.numbers(point)
+        return self._fields(*self.numbers(point))
+
+    def _fields(self, free: Float[Array, " free"], factors: Float[Array, " given"]) -> Float[Array, "2 nodes"]:
         return self.model.traced(self.unknown, dict(zip(self.given, factors, strict=True)))(free)
 
     def numbers(self, point: Float[Array, " dimensions"]) -> tuple[Float[Array, " free"], Float[Array, " given"]]:
@@ -91,10 +98,13 @@ class Posterior(eqx.Module):
         step = self.spread @ point[:count] + self.lean @ point[count:]
         free = self.optimum.at[slots_of(self.moving)].add(step)
         factors = 1 + self.relative_sd * point[count:]
+        return self.held(free, factors), factors
+
+    def held(self, free: Float[Array, " free"], factors: Float[Array, " given"]) -> Float[Array, " free"]:
+        """Free numbers with the phase of a held gap: so many half wavelengths in its medium as both of these say."""
         by_name = dict(zip(self.given, factors, strict=True))
-        # A held gap is so many half wavelengths in its medium as both of these say.
         longer = by_name.get("gap_index", 1.0) / by_name.get("wavelength", 1.0)
-        return free.at[NUMBERS.index("phase")].add(self.held_turns * (longer - 1)), factors
+        return free.at[NUMBERS.index("phase")].add(self.held_turns * (longer - 1))
 
     @property
     def dimensions(self) -> int:
@@ -140,6 +150,7 @@ def posterior(found: Fitted, known: Quantities, variance: float, covariance: np.
         held_turns=jnp.asarray(held_turns(found.fixed, known) if gap_is_held else 0.0),
         centre=jnp.asarray(centre),
         precision=jnp.asarray(cost / found.solution.problem.prior.variance),
+        counts=jnp.ones(len(given)),
         moving=moving,
         given=given,
         unknown=known.unknown,
@@ -173,12 +184,6 @@ def _phases_by_given(target: Posterior) -> Float[Array, "given nodes"]:
     return jax.vmap(lambda e: jax.jvp(lambda p: target.fields(p)[0], (origin,), (e,))[1])(unit)
 
 
-@eqx.filter_jit
-def _numbers_at(target: Posterior, points: Float[Array, "n dimensions"]):
-    """The model's free numbers at each of many points, and the factors of what is given."""
-    return jax.vmap(target.numbers)(points)
-
-
 def _marginal(kept: Moments, phase, contrast, shape: tuple[int, int]) -> tuple[Float[Array, ""], Float[Array, ""]]:
     """Chi-squared of the best background and contrast (less a constant), and log det of their normal matrix."""
     low = int((degrees(BACKGROUND).sum(axis=1) <= shape[0]).sum())  # lowest degrees come first
@@ -192,30 +197,7 @@ def _marginal(kept: Moments, phase, contrast, shape: tuple[int, int]) -> tuple[F
     return -(best @ best), 2 * jnp.log(jnp.diag(lower)).sum()
 
 
-class Draws(NamedTuple):
-    """Draws in the units of a result: columns by name."""
-
-    names: tuple[str, ...]
-    values: np.ndarray
-
-
-def draws(target: Posterior, found: Fitted, known: Quantities, points: np.ndarray) -> Draws:
-    """The quantities at points of a posterior [n, dimensions]: the measured one, centre [px], turns, given ones."""
-    free, factors = in_blocks(_numbers_at, target, points)
-    unit, middle = found.model.frame.unit, found.model.frame.middle
-    given = {name: known.given[name] * factor for name, factor in zip(target.given, factors.T, strict=True)}
-    numbers = Numbers(*free.T)
-    columns = numbers._asdict()
-    pixel = given.get("pixel_size", known.given.get("pixel_size", 1.0))
-    columns |= {
-        "curvature": found.model.measured(known, numbers.curvature, given),
-        "centre_x": middle[0] + numbers.centre_x * unit,
-        "centre_y": middle[1] + numbers.centre_y * unit,
-    }
-    shown = shown_of(found.parts, numbers, unit * pixel, known.unknown is not None)
-    columns |= {name: number.value for name, number in shown.items()}
-    # Its phase stays one, and is no gap as in a result.
-    names = result_names(known.unknown) | {name: number.name for name, number in shown.items()}
-    names |= {"phase": "gap_turns"}
-    columns = {names[name]: columns[name] for name in target.moving} | given
-    return Draws(tuple(columns), np.stack(list(columns.values()), axis=1))
+@eqx.filter_jit
+def numbers_at(target: Posterior, points: Float[Array, "n dimensions"]):
+    """The model's free numbers at each of many points, and the factors of what is given."""
+    return jax.vmap(target.numbers)(points)

@@ -3,10 +3,11 @@
 import hashlib
 import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import emcee
 import jax
@@ -15,8 +16,8 @@ import numpy as np
 from fitting.parameters import Progress, progress_of
 from fitting.photograph import FitResult
 from fitting.sampling.chain import Chain, chain_of
-from fitting.sampling.density import Posterior, in_blocks, log_density, posterior
-from fitting.sampling.posterior_function import evidence_of
+from fitting.sampling.posterior_function import LogPosterior, evidence_of, log_posterior
+from fitting.sampling.starts import starting_points
 from newtonjax.numerics import path_of, require_choice, require_whole, x64
 
 # Differential evolution (ter Braak 2006), with a jump between modes in every tenth step: a third of the stretch move's
@@ -40,6 +41,7 @@ def sample(
     sampler: str = "emcee",
     path: str | Path | None = None,
     progress: Progress = None,
+    priors: Mapping[str, Any] | None = None,
 ) -> Chain:
     """Draw from the posterior of a fit.
 
@@ -55,55 +57,61 @@ def sample(
       sampler: "emcee", or "nuts" (Hoffman and Gelman 2014; the extra `nuts`).
       path: an HDF5 file (emcee's backend) for every step; an existing file of the same fit is continued.
       progress: True for a bar on the terminal, or a function of (steps done, their number).
+      priors: of what is drawn, by the names that the report prints, in place of the fit's own: (value, standard
+        deviation), the deviation also as a percentage; a frozen distribution of scipy.stats, or any object with
+        `logpdf` or `log_prob` (NumPyro's); or a function of the value that gives the logarithm of a density. A prior
+        is one of the named number: of "radius" in metres. Where the image contradicts it, `warnings` says so.
 
-    Raises ValueError for a result without a fit, too few walkers or steps, and a file of another fit.
+    Raises ValueError for a result without a fit, too few walkers or steps, a file of another fit, what is no prior,
+    and priors that allow nothing near the fit.
 
     """
-    fitted, quantities, variance, covariance, *_ = evidence_of(result)
+    evidence_of(result)
     require_choice("sampler", sampler, ("emcee", "nuts"))
     if sampler == "nuts" and path is not None:
         raise ValueError("path is for sampler='emcee'; leave it out with sampler='nuts'")
     require_whole("steps", steps, 8)
     require_whole("walkers", walkers, 1)
     require_whole("seed", seed, 0, 2**32 - 1)
+    if sampler == "nuts" and walkers == 1:
+        raise ValueError("walkers is 1; allowed: at least 2 chains")
     with x64():
-        target = posterior(fitted, quantities, variance, covariance)
+        density = log_posterior(result, priors=priors)
         if sampler == "nuts":
             from fitting.sampling.nuts import run
 
-            points, log_prob, acceptance = run(target, 4 if walkers is None else walkers, steps, seed)
-            return chain_of(target, fitted, quantities, points, log_prob, acceptance)
-        walkers = 32 if walkers is None else walkers
-        if walkers < 2 * target.dimensions + 2:
-            raise ValueError(f"walkers is {walkers}; allowed: at least {2 * target.dimensions + 2} here")
+            points = starting_points(density, 4 if walkers is None else walkers, seed, spread=0.5)
+            return chain_of(density, *run(density.at_point, points, steps, seed))
+        walkers, least = 32 if walkers is None else walkers, 2 * density.dimensions + 2
+        if walkers < least:
+            raise ValueError(f"walkers is {walkers}; allowed: at least {least} here")
         with progress_of(progress, "drawing from the posterior") as done:
-            ensemble = _ensemble(target, walkers, steps, seed, path, done)
+            ensemble = _ensemble(density, walkers, steps, seed, path, done)
         burned = ensemble.iteration // 4
         points, log_prob = (np.asarray(get(discard=burned)) for get in (ensemble.get_chain, ensemble.get_log_prob))
         if len(points) < 8:
             raise ValueError(f"only {ensemble.iteration} steps were taken; let it run longer")
-        return chain_of(target, fitted, quantities, points, log_prob, float(np.mean(ensemble.acceptance_fraction)))
+        return chain_of(density, points, log_prob, float(np.mean(ensemble.acceptance_fraction)))
 
 
-def _ensemble(target: Posterior, walkers: int, steps: int, seed: int, path, done) -> emcee.EnsembleSampler:
+def _ensemble(density: LogPosterior, walkers: int, steps: int, seed: int, path, done) -> emcee.EnsembleSampler:
     """The sampler after its steps, or those that there was time for."""
-    backend = None if path is None else _backend(path_of(path), target, walkers)
     # The sampler moves half of the walkers at a time.
-    densities = partial(in_blocks, log_density, target, size=(walkers + 1) // 2)
+    at_once = (walkers + 1) // 2
+    backend = None if path is None else _backend(path_of(path), density, walkers, at_once)
     ensemble = emcee.EnsembleSampler(
         walkers,
-        target.dimensions,
-        densities,
+        density.dimensions,
+        partial(density, at_once=at_once),
         moves=MOVES,
         backend=backend,
         vectorize=True,
     )
-    generator = np.random.RandomState(seed)
     if backend is not None and ensemble.iteration:
         state = backend.get_last_sample()
     else:
-        ensemble.random_state = generator.get_state()
-        state = _inside(densities, generator.normal(size=(walkers, target.dimensions)))
+        ensemble.random_state = np.random.RandomState(seed).get_state()
+        state = starting_points(density, walkers, seed, at_once=at_once)
     try:
         with _between_steps() as interrupted:
             for _ in ensemble.sample(state, iterations=max(steps - ensemble.iteration, 0)):
@@ -141,11 +149,14 @@ class _WholeSteps(emcee.backends.HDFBackend):
             super().save_step(state, accepted)
 
 
-def _backend(file: Path, target: Posterior, walkers: int) -> emcee.backends.HDFBackend:
+def _backend(file: Path, density: LogPosterior, walkers: int, at_once: int) -> emcee.backends.HDFBackend:
     """The chain's file, made anew or found to be this fit's. Raises ValueError where it is another's, or no chain."""
     import h5py
 
-    numbers = (leaf for leaf in jax.tree.leaves(target) if isinstance(leaf, jax.Array | np.ndarray))
+    numbers = [leaf for leaf in jax.tree.leaves(density.target) if isinstance(leaf, jax.Array | np.ndarray)]
+    if density.priors:
+        # A function is known by what it gives.
+        numbers.append(density.log_priors(np.eye(density.dimensions), at_once))
     mark = hashlib.sha256(b"".join(np.asarray(leaf).tobytes() for leaf in numbers)).hexdigest()[:16]
     backend = _WholeSteps(str(file))
     if file.exists():
@@ -154,22 +165,10 @@ def _backend(file: Path, target: Posterior, walkers: int) -> emcee.backends.HDFB
                 before = there.attrs["fit"], tuple(there["mcmc/chain"].shape[1:])  # pyright: ignore[reportAttributeAccessIssue]  # h5py's types leave open what a name holds
         except (OSError, KeyError, AttributeError) as error:
             raise ValueError(f"{file} is not a chain written by newtonjax; give another path") from error
-        if before != (mark, (walkers, target.dimensions)):
+        if before != (mark, (walkers, density.dimensions)):
             raise OtherChainError(f"{file} holds the chain of another fit or of other walkers; give another path")
         return backend
-    backend.reset(walkers, target.dimensions)
+    backend.reset(walkers, density.dimensions)
     with h5py.File(file, "a") as there:
         there.attrs["fit"] = mark
     return backend
-
-
-def _inside(densities: Callable[[np.ndarray], np.ndarray], points: np.ndarray) -> np.ndarray:
-    """Points drawn together about the optimum until each has a density: a wide posterior ends where the moments do."""
-    if not np.isfinite(densities(np.zeros((1, points.shape[1])))).all():
-        raise ValueError(
-            "the posterior density is zero at the fitted optimum: the fit has not converged; "
-            "mask what is not rings, or give start"
-        )
-    while not np.isfinite(densities(points)).all():
-        points = points / 2
-    return points

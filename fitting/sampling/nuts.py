@@ -1,16 +1,17 @@
 """The No-U-Turn sampler on a fit's posterior (blackjax; the extra `nuts`)."""
 
+from collections.abc import Callable
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.sampling.density import Posterior
 
-
-def run(target: Posterior, chains: int, steps: int, seed: int) -> tuple[np.ndarray, np.ndarray, float]:
+def run(density: Callable, starts: np.ndarray, steps: int, seed: int) -> tuple[np.ndarray, np.ndarray, float]:
     """Points [steps, chains, dimensions], their log-densities and the mean acceptance, warm-up (a quarter) left out.
+
+    `density`: of a point, for JAX; `starts`: a point for each chain [chains, dimensions].
 
     The points are in units of the fit's own deviations, so that the mass matrix is one's own from the start; the step
     size is adapted (Hoffman and Gelman 2014, section 3.2).
@@ -19,20 +20,17 @@ def run(target: Posterior, chains: int, steps: int, seed: int) -> tuple[np.ndarr
         import blackjax  # pyright: ignore[reportMissingImports]  # an extra
     except ImportError as error:
         raise ValueError("sampler='nuts' needs blackjax; install it: pip install 'newtonjax[nuts]'") from error
-    if chains < 2:
-        raise ValueError(f"walkers is {chains}; allowed: at least 2 chains")
-    warm = max(steps // 4, 50)
+    warm, chains = max(steps // 4, 50), len(starts)
     keys = jax.random.split(jax.random.key(seed), 3)
-    starts = 0.5 * jax.random.normal(keys[0], (chains, target.dimensions))
     # blackjax's types are of its abstract algorithms, which lack what NUTS has.
-    adapted: Any = blackjax.window_adaptation(blackjax.nuts, target)
+    adapted: Any = blackjax.window_adaptation(blackjax.nuts, density)
 
     @jax.jit
     def all_chains(keys, starts):
         def one(key, start):
             first, second = jax.random.split(key)
             (state, numbers), _ = adapted.run(first, start, num_steps=warm)
-            kernel: Any = blackjax.nuts(target, **numbers).step
+            kernel: Any = blackjax.nuts(density, **numbers).step
 
             def step(state, key):
                 state, info = kernel(key, state)
@@ -44,5 +42,5 @@ def run(target: Posterior, chains: int, steps: int, seed: int) -> tuple[np.ndarr
 
     # blackjax adds numbers of unlike types, which a program may have forbidden.
     with jax.numpy_dtype_promotion("standard"):
-        points, density, acceptance = all_chains(jax.random.split(keys[1], chains), starts)
+        points, density, acceptance = all_chains(jax.random.split(keys[1], chains), jnp.asarray(starts))
     return np.swapaxes(np.asarray(points), 0, 1), np.asarray(density).T, float(jnp.mean(acceptance))
