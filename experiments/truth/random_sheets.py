@@ -68,7 +68,31 @@ def _likely(draw) -> bytes:
     return "\n".join([header.format(separator), *rows]).encode()
 
 
-SHEETS = st.one_of(_tables(), _likely(), st.binary(max_size=60))
+@st.composite
+def _pages(draw) -> bytes:
+    """Tables of pages, text processors and programs, whole and cut off."""
+    pattern, between, before, after = draw(st.sampled_from([
+        ("<tr><td{0}>{1}</td></tr>", "</td><td>", "<table><tr><th>n<th>D (mm)", "</table>"),
+        ("{1} \\\\", " & ", "\\begin{tabular}{cc} n & D (\\si{\\mm}) \\\\ \\hline", "\\end{tabular}"),
+        ("|-\n| {1}", " || ", "{|\n! n !! D (mm)", "|}"),
+        ("[{1}],", ", ", "[[\"n\", \"D (mm)\"],", "[]]"),
+        ("║ {1} ║", " ║ ", "║ n ║ D (mm) ║\n╠═══╬═══╣", "╚═══╝"),
+    ]))  # fmt: skip
+    span = draw(st.sampled_from(["", "", " colspan=2", " colspan=x", " rowspan=9"]))
+    rows = draw(st.lists(st.lists(_CELLS, min_size=1, max_size=3), max_size=6))
+    lines = [before, *(pattern.format(span, between.join(row)) for row in rows), after]
+    content = "\n".join(lines).encode()
+    return content[: draw(st.integers(0, len(content)))] if draw(st.booleans()) else content
+
+
+@st.composite
+def _long_form(draw) -> bytes:
+    """A row for each side of a ring."""
+    rows = draw(st.lists(st.tuples(_CELLS, st.sampled_from(["left", "right", "L", "R", ""]), _CELLS), max_size=9))
+    return "\n".join(["n;side;x (mm)", *(";".join(row) for row in rows)]).encode()
+
+
+SHEETS = st.one_of(_tables(), _likely(), _pages(), _long_form(), st.binary(max_size=60))
 
 
 def main() -> None:

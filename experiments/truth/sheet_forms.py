@@ -1,13 +1,12 @@
 """Made spreadsheets in the forms in which people keep ring readings: languages, layouts, separators, encodings."""
 
-import io
-import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
-from xml.sax.saxutils import escape
 
 import numpy as np
+
+from experiments.truth.workbooks import ods, xlsx
 
 WAVELENGTH = 589.3e-9
 RADIUS = 1.0
@@ -239,68 +238,6 @@ def _of_workbooks() -> Iterator[Form]:
     yield Form("xlsx with titles and a mean", xlsx(titled), suffix=".xlsx")
     yield Form("ods", ods(rows), suffix=".ods")
     yield Form("ods in Russian", ods([["№", "Диаметр, мм"], *rows[1:]]), suffix=".ods")
-
-
-def xlsx(rows: Sequence[Sequence[object]]) -> bytes:
-    """A workbook of one sheet by ECMA-376, with text in the cells themselves."""
-    kinds = "http://schemas.openxmlformats.org/package/2006"
-    office = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
-    main = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"
-    types = "application/vnd.openxmlformats-officedocument.spreadsheetml"
-
-    def cell(value: object, row: int, column: int) -> str:
-        place = f'r="{chr(65 + column)}{row}"'
-        if isinstance(value, str):
-            return f'<c {place} t="inlineStr"><is><t>{escape(value)}</t></is></c>'
-        return f"<c {place}><v>{value}</v></c>"
-
-    lines = [
-        f'<row r="{k}">{"".join(cell(value, k, j) for j, value in enumerate(row))}</row>'
-        for k, row in enumerate(rows, 1)
-    ]
-    return _archive({
-        "[Content_Types].xml": f'<Types xmlns="{kinds}/content-types"><Default Extension="rels" ContentType='
-        '"application/vnd.openxmlformats-package.relationships+xml"/><Override PartName="/xl/workbook.xml" '
-        f'ContentType="{types}.sheet.main+xml"/><Override PartName="/xl/s.xml" ContentType="{types}.worksheet+xml"/>'
-        "</Types>",
-        "_rels/.rels": f'<Relationships xmlns="{kinds}/relationships"><Relationship Id="a" '
-        f'Type="{office}/officeDocument" Target="xl/workbook.xml"/></Relationships>',
-        "xl/workbook.xml": f'<workbook xmlns="{main}" xmlns:r="{office}"><sheets><sheet name="rings" sheetId="1" '
-        'r:id="b"/></sheets></workbook>',
-        "xl/_rels/workbook.xml.rels": f'<Relationships xmlns="{kinds}/relationships"><Relationship Id="b" '
-        f'Type="{office}/worksheet" Target="s.xml"/></Relationships>',
-        "xl/s.xml": f'<worksheet xmlns="{main}"><sheetData>{"".join(lines)}</sheetData></worksheet>',
-    })  # fmt: skip
-
-
-def ods(rows: Sequence[Sequence[object]]) -> bytes:
-    """A workbook of one sheet by OASIS OpenDocument 1.2."""
-    space = "urn:oasis:names:tc:opendocument:xmlns"
-    kind = "application/vnd.oasis.opendocument.spreadsheet"
-
-    def cell(value: object) -> str:
-        if isinstance(value, str):
-            return f'<table:table-cell office:value-type="string"><text:p>{escape(value)}</text:p></table:table-cell>'
-        shown = f"<text:p>{value}</text:p>"
-        return f'<table:table-cell office:value-type="float" office:value="{value}">{shown}</table:table-cell>'
-
-    lines = [f"<table:table-row>{''.join(map(cell, row))}</table:table-row>" for row in rows]
-    return _archive({
-        "mimetype": kind,
-        "META-INF/manifest.xml": f'<manifest:manifest xmlns:manifest="{space}:manifest:1.0"><manifest:file-entry '
-        f'manifest:full-path="/" manifest:media-type="{kind}"/></manifest:manifest>',
-        "content.xml": f'<office:document-content xmlns:office="{space}:office:1.0" xmlns:table="{space}:table:1.0" '
-        f'xmlns:text="{space}:text:1.0"><office:body><office:spreadsheet><table:table table:name="rings">'
-        f"{''.join(lines)}</table:table></office:spreadsheet></office:body></office:document-content>",
-    })  # fmt: skip
-
-
-def _archive(files: dict[str, str]) -> bytes:
-    stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w") as archive:
-        for name, content in files.items():
-            archive.writestr(name, content)
-    return stream.getvalue()
 
 
 _KINDS: tuple[Callable[[], Iterator[Form]], ...] = (

@@ -15,17 +15,25 @@ from fitting.tables.headers import FILLERS, METRES, ORDER_LIKE, UNIT_WORDS, word
 _MISSING = {"", "-", "--", "---", "–", "—", "−", "/", "\\", "?", "*", "x", "...", "…", "n/a", "na", "nan", "none",
             "null", "k.a.", "n.a.", "nd", "n.d.", "н/д", "无"}  # fmt: skip
 _ERROR = re.compile(r"#[\w/]+[!?]?|#{2,}|err:\d+", re.IGNORECASE)
-_MINUS = str.maketrans({"−": "-", "–": "-", "—": "-", "‐": "-", "‑": "-", "﹣": "-", "－": "-"} | {"٫": ".", "٬": ""})
-_GROUPS = re.compile("(?<=\\d)[\u00a0\u202f\u2009](?=\\d{3}(?!\\d))")
+_MINUS = str.maketrans({"−": "-", "–": "-", "—": "-", "‐": "-", "‑": "-", "﹣": "-", "－": "-", "٫": ".", "٬": ""})
+_GROUPS = re.compile("(?<=\\d)[\u00a0\u202f\u2009'’](?=\\d{3}(?!\\d))")
+# Signs of footnotes behind a number, and of roughness before it.
+_NOTE = re.compile(r"(?<=\d)\s*(?:[*†‡§]+|(?<!10)[¹²³⁴⁵⁶⁷⁸⁹]\)?|\^?[a-d]\))$")
+_ROUGHLY = re.compile(r"(?:[~≈≃]|ca?\.|about\s|approx\.?\s)\s*(?=[\d.,+-])", re.IGNORECASE)
+_POWER = re.compile(r"\s*[x×*·⋅]\s*10\s*(?:\^|\*\*)?\s*[{(]?([+-−]?\d{1,2}|[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+)[})]?")
+_BRACKETS = re.compile(r"\(([^()]*(?:±|\+/-)[^()]*)\)")
 _DIGITS = r"[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?"
 _NUMBER = re.compile(rf"({_DIGITS})\s*(?:(?:±|\+/-|\+-)\s*({_DIGITS})|\((\d+)\))?\s*([^\W\d_]+|°)?\.?")
 # Most cells, told without the pattern of all.
 _SIMPLE = re.compile(r"-?\d+(?:\.\d+)?")
+_PLAIN = re.compile(r"-?\d+[.,]?\d*", re.ASCII)
 _THOUSANDS = re.compile(r"-?\d{1,3}(?:,\d{3})+\.\d+|-?\d{1,3}(?:,\d{3}){2,}")
 # In German and others: 1.234,5.
 _POINTED_THOUSANDS = re.compile(r"-?\d{1,3}(?:\.\d{3})+,\d+")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,(\d+)(?:[eE][+-]?\d+)?")
-_ORDINAL = re.compile(r"(\D*?)\s*(\d+)\s*(?:st|nd|rd|th|er|re|e|eme|ème|a|o|º|ª|°|-?[еяйо]|环|環|\.|\)|:)?")
+_ORDINAL = re.compile(
+    r"(\D*?)\s*(\d+)\s*(?:st|nd|rd|th|er|re|e|eme|ème|a|o|º|ª|°|-?[еяйо]|环|環|\.|\)|:)?(?:\s+(\D+))?"
+)
 # From here on a whole number beside "1,330" may be one beside thousands.
 _HUNDREDS = 100
 
@@ -37,8 +45,13 @@ def is_missing(text: str) -> bool:
 
 def plain(cell: str) -> str:
     """A cell without quotes and blanks, minus signs and digits as programs write them."""
-    text = cell.strip().strip("\"'`$").strip()
-    return text if text.isascii() else unicodedata.normalize("NFKC", _GROUPS.sub("", text)).translate(_MINUS)
+    if _PLAIN.fullmatch(cell):
+        return cell
+    text = _GROUPS.sub("", cell.strip().strip("\"'`$").strip())
+    text = _ROUGHLY.sub("", _NOTE.sub("", _POWER.sub(r"e\1", text)), count=1)
+    if not text.isascii():
+        text = unicodedata.normalize("NFKC", text).translate(_MINUS)
+    return _BRACKETS.sub(r"\1", text)
 
 
 def number_in(cell: str) -> re.Match[str] | None:
@@ -146,7 +159,10 @@ def _orders(cells: list[str]) -> list[str]:
     ordinals = [None if is_number(cell) else _ORDINAL.fullmatch(cell) for cell in cells]
     if not any(ordinals):
         return cells
-    is_order = [match is not None and set(words_of(match[1])) <= ORDER_LIKE | FILLERS for match in ordinals]
+    words = [words_of(f"{match[1]} {match[3] or ''}") if match else [] for match in ordinals]
+    is_order = [
+        match is not None and set(beside) <= ORDER_LIKE | FILLERS for match, beside in zip(ordinals, words, strict=True)
+    ]
     if sum(is_order) < 2 or sum(is_order) < 0.5 * sum(bool(cell) for cell in cells):
         return cells
     return [match[2] if is_it and match else cell for cell, match, is_it in zip(cells, ordinals, is_order, strict=True)]
@@ -166,7 +182,8 @@ def numbers(cells: Sequence, name: str, lines: Sequence[int], is_row: np.ndarray
             values[row] = math.nan
             if is_row is None or is_row[row]:
                 raise ValueError(
-                    f"line {line}, column {name}: {text[:40]!r} is not a number; give a plain number"
+                    f"line {line}, column {name}: {text[:40]!r} is not a number; give a plain number, or - to leave "
+                    "the row out"
                 ) from None
     if np.isinf(values).any():
         row = int(np.flatnonzero(np.isinf(values))[0])

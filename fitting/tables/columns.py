@@ -10,8 +10,9 @@ import numpy as np
 
 from fitting.tables.cells import column_of
 from fitting.tables.headers import METRES, NAMES, UNIT_WORDS, canonical, unit_of
-from fitting.tables.layout import Layout, layout_of
-from fitting.tables.sources import grid_of
+from fitting.tables.layout import Layout, layout_of, quality_of
+from fitting.tables.sides import sides_apart
+from fitting.tables.sources import grids_of
 from fitting.tables.units import in_usual_unit
 from fitting.tables.vocabulary import words_of
 
@@ -78,9 +79,11 @@ def _of_mapping(table: Mapping) -> RawTable:
 
 
 def _of_grid(table: str | Path, separator: str | None, encoding: str | None) -> RawTable:
-    grid = grid_of(table, separator, encoding)
+    grids = grids_of(table, separator, encoding)
+    # Of a workbook's sheets the first that names most of what a table needs.
+    grid = max(grids, key=quality_of) if len(grids) > 1 else grids[0]
     try:
-        layout = layout_of(grid)
+        layout = sides_apart(layout_of(grid))
     except ValueError as error:
         name = "the text" if isinstance(table, str) and "\n" in table else str(table)
         raise ValueError(f"{name}: {error}") from None

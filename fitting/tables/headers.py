@@ -1,5 +1,6 @@
 """Names of columns: what a header says of kind and unit, in the spellings that people use."""
 
+import re
 from collections.abc import Iterable
 
 from fitting.tables.vocabulary import words_of
@@ -34,7 +35,10 @@ _RANKS = (
 )  # fmt: skip
 ORDER_LIKE = set().union(*_RANKS)
 _BESIDE_ORDERS = {"of", "the", "dark", "bright"}
-_SIDES = {"left", "right"}
+# What is not proposed for a size: it would be read as another one.
+_NO_SIZES = {"squared", "left", "right", "position", "main", "vernier", "x", "y"}
+# "0.1 um": units of so much, or what the instrument reads.
+_SHARE_OF_UNIT = re.compile(r"\d[.,]\d+\s*[^\W\d_]")
 # Of the ring, of the order: in French and Italian.
 _ARTICLES = {"l", "d", "dell"}
 
@@ -87,12 +91,20 @@ def order_like(headers: Iterable[str]) -> str:
     return next((header for header in headers if header.strip().lower() in ORDER_LIKE), "ITS-NAME")
 
 
+def is_no_size(header: str) -> bool:
+    """Whether a header says that its column is no diameter or radius as it stands: an order, a square, one side."""
+    words = set(words_of(header))
+    squares = {f"{unit}2" for unit in METRES}
+    is_share = _SHARE_OF_UNIT.search(header) is not None
+    return is_share or bool(words & (_NO_SIZES | squares)) or order_rank(header) is not None
+
+
 def size_advice(headers: Iterable[str]) -> str:
     """How to name a column of sizes: with the unit that its header states."""
     stated = [
         (header, unit_of(header))
         for header in headers
-        if unit_of(header) and not is_deviation(header) and not _SIDES & set(words_of(header))
+        if unit_of(header) and not is_deviation(header) and not is_no_size(header)
     ]
     if not stated:
         return "name one with its unit, such as diameter_mm=ITS-NAME for diameters in mm"

@@ -50,10 +50,12 @@ def layout_of(grid: Grid) -> Layout:
     header = _best_header(rows)
     if header is None or header.quality < _COMPLETE:
         # Quantities may stand in rows, readings beside each other.
-        turned = [list(row) for row in zip(*[[*row, *[""] * (width - len(row))] for row in rows], strict=True)]
+        turned = _turned(rows)
         sideways = _best_header(turned)
         if sideways is not None and sideways.quality >= _COMPLETE and sideways.first == 0:
             rows, header, lines = turned, sideways, list(range(1, width + 1))
+    if header is not None and header.quality < _COMPLETE and _is_title(header, rows):
+        header = None
     if header is None:
         names = _of_comment(grid)
         header = _Header(names or [f"column {k + 1}" for k in range(width)], 0, 0, 0)
@@ -63,6 +65,22 @@ def layout_of(grid: Grid) -> Layout:
         has_header = True
     body = list(zip(rows[header.after :], lines[header.after :], strict=True))
     return _blocks_apart(_body(header.names, body, titles, has_header))
+
+
+def quality_of(grid: Grid) -> int:
+    """How much of what a table needs the best header of a grid names, 0 for none."""
+    upright, sideways = _best_header(grid.rows), _best_header(_turned(grid.rows))
+    return max(upright.quality if upright else 0, sideways.quality if sideways and sideways.first == 0 else 0)
+
+
+def _turned(rows: Sequence[Sequence[str]]) -> list[list[str]]:
+    width = max(map(len, rows))
+    return [list(row) for row in zip(*[_to(row, [""] * width) for row in rows], strict=True)]
+
+
+def _is_title(header: _Header, rows: Sequence[Sequence[str]]) -> bool:
+    """Whether a header of a single cell stands above rows of numbers that are wider."""
+    return len(header.names) == 1 and any(len(row) > 1 and any(map(is_number, row)) for row in rows[header.after :])
 
 
 def _of_comment(grid: Grid) -> list[str]:
@@ -92,11 +110,11 @@ def _headers(rows: Sequence[Sequence[str]]) -> Iterator[_Header]:
         if not _is_text(row):
             continue
         below = rows[k + 1 : k + 3]
-        if below and sum(map(is_number, below[0])) > 0:
-            yield _header(row, k, k + 1)
-        elif len(below) > 1 and (units := _units(below[0])):
+        if len(below) > 1 and (units := _units(below[0])):
             named = [f"{name} ({unit})" if unit else name for name, unit in zip(_to(row, units), units, strict=False)]
             yield _header(named, k, k + 2)
+        elif below and sum(map(is_number, below[0])) > 0:
+            yield _header(row, k, k + 1)
         elif len(below) > 1 and _is_text(below[0]) and sum(map(is_number, below[1])) > 0:
             yield _header(_joined(row, below[0]), k, k + 2)
 

@@ -15,8 +15,6 @@ from newtonjax.numerics import Statement, shown
 
 # Name of no column: the rows' own numbers, from 1.
 ROW = "row"
-# What is not proposed for a size: it would be read as another one.
-_NO_SIZES = {"squared", "left", "right", "position", "main", "vernier"}
 SIZE_NAMES = tuple(f"{kind}_{unit}" for kind in headers.RADIUS_OVER for unit in headers.UNITS)
 
 
@@ -169,7 +167,7 @@ def suggestion(raw: RawTable, mapping: Mapping[str, str]) -> dict[str, str]:
     sizes = [
         header
         for header, values in columns.items()
-        if header != guess["order"] and np.nanmin(values) >= 0 and not _is_no_size(header)
+        if header != guess["order"] and np.nanmin(values) >= 0 and not headers.is_no_size(header)
     ]
     is_named = any(name.split("_")[0] in headers.SIZES for name in guess)
     if not sizes and not is_named:
@@ -191,13 +189,6 @@ def _is_count(values: np.ndarray) -> bool:
     before, after = values[:-1], values[1:]
     is_sorted = np.all(before <= after) or np.all(before >= after)
     return bool(np.all(values == np.round(values)) and is_sorted and np.any(before != after))
-
-
-def _is_no_size(header: str) -> bool:
-    """Whether a header says that its column is no diameter or radius as it stands: an order, a square, one side."""
-    words = set(headers.words_of(header))
-    squares = {f"{unit}2" for unit in headers.METRES}
-    return bool(words & (_NO_SIZES | squares)) or headers.order_rank(header) is not None
 
 
 def _kind(header: str) -> str:

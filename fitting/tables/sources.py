@@ -11,11 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fitting.tables.cells import is_number, unit_in
+from fitting.tables.markup import plain_lines, without_emphasis
 from fitting.tables.vocabulary import count_of_foreign_words
 
 # Excel says its delimiter in a line of its own.
 _STATED = re.compile(r'\s*"?sep=([,;\t|]?).?"?\s*', re.IGNORECASE)
 _COMMENTS = ("#", "%", "//")
+_COMMENT_BEHIND = re.compile(r"^(\s*[\d\"'].*?)\s#\s.*")
 # Workbooks, new (a ZIP archive) and old (a compound file).
 _ARCHIVE, _COMPOUND = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
 # Characters that no table has.
@@ -23,9 +25,9 @@ _NO_TEXT = re.compile(r"[\x00-\x08\x0e-\x1b\x7f\ufffe\uffff]")
 _BLANKS = re.compile(r"[ \t\r\n]+")
 _ENCODINGS = ("cp1252", "cp1251", "gb18030", "shift_jis", "euc_kr", "cp1250", "cp1253")
 SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|", "blank": " "}
-_NAMES = {separator: f"{name}s" for name, separator in SEPARATORS.items()} | {"&": "&"}
+_NAMES = {separator: f"{name}s" for name, separator in SEPARATORS.items()} | {"&": "&", ":": "colons"}
 # Tried in this order; of those that read as well, the first.
-_TRIED = ("\t", ";", "|", "&", ",", " ")
+_TRIED = ("\t", ";", "|", "&", ",", " ", ":")
 # Lines that tell the separator, and more line breaks than a quoted cell has.
 _LOOKED_AT, _BREAKS = 200, 3
 # Bytes by which a text differs from a picture.
@@ -64,8 +66,8 @@ def _is_text(content: bytes) -> bool:
     return True
 
 
-def grid_of(table: str | Path, separator: str | None = None, encoding: str | None = None) -> Grid:
-    """The cells of a file, or of a text with line breaks that was pasted.
+def grids_of(table: str | Path, separator: str | None = None, encoding: str | None = None) -> list[Grid]:
+    """The cells of a file, or of a text with line breaks that was pasted; of a workbook a grid for each filled sheet.
 
     Raises FileNotFoundError, and ValueError for what is no table, and for an encoding or separator that there is not.
     """
@@ -73,7 +75,7 @@ def grid_of(table: str | Path, separator: str | None = None, encoding: str | Non
         raise ValueError(f"separator is {separator!r}; allowed: {', '.join(SEPARATORS)}")
     separator = SEPARATORS.get(separator or "", separator)
     if isinstance(table, str) and "\n" in table:
-        return _of_text(table, "the text", separator, "")
+        return [_of_text(table, "the text", separator, "")]
     path = Path(table)
     if not path.is_file():
         raise FileNotFoundError(f"{path} is no file; give the path of a table of ring readings (CSV with a header)")
@@ -81,7 +83,7 @@ def grid_of(table: str | Path, separator: str | None = None, encoding: str | Non
     if content.startswith((_ARCHIVE, _COMPOUND)):
         return _of_workbook(path, content)
     text, read_as = text_of(content, str(path), encoding)
-    return _of_text(text, str(path), separator, read_as)
+    return [_of_text(text, str(path), separator, read_as)]
 
 
 def text_of(content: bytes, name: str, encoding: str | None = None) -> tuple[str, str]:
@@ -127,7 +129,7 @@ def _unicode_encodings(content: bytes) -> Sequence[str]:
 
 
 def _of_text(text: str, name: str, separator: str | None, encoding: str) -> Grid:
-    lines = text.splitlines(keepends=True)
+    lines = [_COMMENT_BEHIND.sub(r"\1", line) for line in plain_lines(text).splitlines(keepends=True)]
     stated = [_STATED.fullmatch(line.rstrip("\r\n")) for line in lines]
     comments = [line.strip().lstrip("#%/ ") for line in lines if _is_comment(line)]
     # What is no row leaves a blank line: the lines' numbers stay.
@@ -141,7 +143,18 @@ def _of_text(text: str, name: str, separator: str | None, encoding: str) -> Grid
     except csv.Error as error:
         raise ValueError(f"{name} is no CSV file ({error}); give a header and one row a ring") from None
     form = ", ".join(filter(None, [_NAMES[between], encoding]))
-    return Grid(cells, numbers, between, form, comments)
+    return Grid(_with_wide_header(cells), numbers, between, form, comments)
+
+
+def _with_wide_header(rows: list[list[str]]) -> list[list[str]]:
+    """Rows; one of one cell above the numbers is cut at another separator where that makes as many as those have."""
+    first = next((k for k, row in enumerate(rows) if any(map(is_number, row))), 0)
+    width = len(rows[first]) if rows else 0
+    for k in range(first if width > 1 else 0):
+        cuts = [rows[k][0].split(separator) for separator in _TRIED if len(rows[k]) == 1]
+        fitting_cut = next((cut for cut in cuts if len(cut) == width), rows[k])
+        rows[k] = [cell.strip() for cell in fitting_cut]
+    return rows
 
 
 def _is_comment(line: str) -> bool:
@@ -208,7 +221,7 @@ def _at_blanks(row: str) -> list[str]:
 
 def _without_frame(row: list[str]) -> list[str]:
     """Cells without what frames them in Markdown and LaTeX."""
-    row = [cell.removesuffix("\\hline").rstrip().removesuffix("\\\\").strip() for cell in row]
+    row = [without_emphasis(cell.removesuffix("\\\\").strip()) for cell in row]
     return row[1 if row and not row[0] else 0 : len(row) - 1 if len(row) > 1 and not row[-1] else len(row)]
 
 
@@ -218,8 +231,8 @@ def _is_rule(row: list[str]) -> bool:
     return len(text) > 2 and not set(text) - set("-=_:+|* ")
 
 
-def _of_workbook(path: Path, content: bytes) -> Grid:
-    """The first sheet of a workbook that has rows. Raises ValueError for an archive of something else."""
+def _of_workbook(path: Path, content: bytes) -> list[Grid]:
+    """The sheets of a workbook that have rows. Raises ValueError for an archive of something else."""
     try:
         from python_calamine import CalamineError, CalamineWorkbook  # pyright: ignore[reportMissingImports]
     except ImportError:
@@ -235,10 +248,13 @@ def _of_workbook(path: Path, content: bytes) -> Grid:
     filled = [(name, rows) for name, rows in sheets if sum(any(map(_written, row)) for row in rows) > 1]
     if not filled:
         raise ValueError(f"{path} holds no readings; give a sheet with a header and one row a ring")
-    name, rows = filled[0]
+    return [_of_sheet(name, rows, len(filled)) for name, rows in filled]
+
+
+def _of_sheet(name: str, rows: list[list], count: int) -> Grid:
     cells = [([_written(cell) for cell in row], n) for n, row in enumerate(rows, 1)]
     cells = [(row, n) for row, n in cells if any(row)]
-    further = f", the first of {len(filled)} with readings" if len(filled) > 1 else ""
+    further = f" of {count}" if count > 1 else ""
     return Grid([row for row, _ in cells], [n for _, n in cells], "", f"sheet {name!r}{further}", [])
 
 

@@ -52,8 +52,8 @@ _WORDS = {
     "edge": "rand bord borde bordo край tangente kante brzeg",
     "of": "de des der von di do da dei delle del du d' на",
     "the": "le la les el los il lo das die i-ten",
-    "mm": "мм مم ملم มม",
-    "cm": "см",
+    "mm": "мм مم ملم มม χιλ मिमी",
+    "cm": "см سم ס״מ सेमी",
     "um": "мкм mkm",
     "m": "м",
     "px": "пкс пикс pixel pixels pxl pix",
@@ -80,7 +80,7 @@ _VERNIER = re.compile(r"\b(?:vernier|circular|head|drum)\s+scale\b|\bv\.\s?s\.\s
 _BETWEEN = re.compile(r"[\s_,;:/()\[\]{}<>.|（）、=′'\"$\\-]+")
 # Meanings of two words: half the diameter in Arabic, and in Vietnamese.
 _PHRASES = {"نصف القطر": "radius", "نصف قطر": "radius", "duong kinh": "diameter", "ban kinh": "radius",
-            "bac van": "order", "garis pusat": "diameter", 'מ"מ': "mm", "מ״מ": "mm"}  # fmt: skip
+            "bac van": "order", "garis pusat": "diameter", 'מ"מ': "mm", "מ״מ": "mm", "п/п": "number"}  # fmt: skip
 # In Czech the diameter and the mean.
 _DIAMETER_OR_MEAN = "prumer"
 

@@ -10,12 +10,14 @@ from ring_tables import WAVELENGTH, written
 
 import fitting
 from experiments.truth.further_sheets import FURTHER
+from experiments.truth.hostile_sheets import HOSTILE
 from experiments.truth.random_sheets import SHEETS
-from experiments.truth.sheet_forms import FORMS, RADIUS, Form, text, xlsx
+from experiments.truth.sheet_forms import FORMS, RADIUS, Form, text
+from experiments.truth.workbooks import xlsx
 from fitting.shell.cli import main
 from fitting.tables.table import readings
 
-EVERY = (*FORMS, *FURTHER)
+EVERY = (*FORMS, *FURTHER, *HOSTILE)
 PLAIN = "n\tD (mm)\n1\t1.54\n2\t2.17\n3\t2.66\n4\t3.07\n"
 
 
@@ -30,7 +32,7 @@ def table_of(form: Form, tmp_path):
 
 
 def test_there_are_as_many_forms_as_were_asked_for():
-    assert len({form.name for form in EVERY}) == len(EVERY) >= 150
+    assert len({form.name for form in EVERY}) == len(EVERY) >= 200
 
 
 @pytest.mark.parametrize("form", [form for form in EVERY if form.readings], ids=lambda form: form.name)
