@@ -18,6 +18,8 @@ _SMALLEST, _LEAST_CONTRAST = 12.0, 0.1
 # A disc seen at a slant of 35 degrees; beyond, it is no disc.
 _LONGEST = 0.2
 _UNITS = np.array([1.0, 1.0, 1.0, 1e-2, 1e-2, 1.0, 0.1, 0.1, 0.1, 0.1, 1.0])
+# Where the width of a ring stands among the numbers.
+_WIDTH = 10
 # Rounds of choosing the pixels and fitting; beyond so many deviations of the noise a pixel counts less.
 _ROUNDS, _ROBUST = 2, 3.0
 # Where its light is clipped, level, blur and radius may stand for one another: then the radius varies by more.
@@ -140,7 +142,9 @@ class _Edge:
         y, x = np.mgrid[:rows, :columns]
         beside = max(_BESIDE * abs(start[5]), _LEAST_BESIDE)
         outside = _distance(start, x, y)
-        near = (outside < beside) & (outside > -min(beside, start[2])) & _is_usable(photograph, start, allowed)
+        # Of a ring both edges: a width that nothing holds takes the outer edge along.
+        inside = min(beside + sum(start[_WIDTH:]), start[2])
+        near = (outside < beside) & (outside > -inside) & _is_usable(photograph, start, allowed)
         self._x, self._y, self._light = x[near], y[near], photograph.image[near]
         top = photograph.image[photograph.lit & ~photograph.mask].min(initial=np.inf)
         self._is_clipped = self._light >= top
