@@ -75,7 +75,7 @@ def _of_tables() -> Iterator[Form]:
     lens = "Lens,f (mm)\nA,500\nB,250\n\n"
     yield Form("another table above", text("n,D (mm)", _PLAIN, before=lens).encode())
     below = "\nResult,R (m)\nmean,1.002\nsd,0.004\n"
-    yield Form("another table below", text("n,D (mm)", _PLAIN, after=below).encode())
+    yield Form("a table of results below", text("n,D (mm)", _PLAIN, after=below).encode())
 
 
 def _of_separators() -> Iterator[Form]:
@@ -90,7 +90,7 @@ def _of_separators() -> Iterator[Form]:
     apostrophes = [(n, f"{1e3 * size:,.0f}".replace(",", "'")) for n, size in _PLAIN]
     yield Form("Swiss thousands", text("Ordnung;Durchmesser (µm)", apostrophes, ";").encode())
     dots = [(n, f"{1e3 * size:,.1f}".replace(",", "t").replace(".", ",").replace("t", ".")) for n, size in _PLAIN]
-    yield Form("German thousands", text("Ordnung;Durchmesser (µm)", dots, ";").encode())
+    yield Form("points between thousands of micrometres", text("Ordnung;Durchmesser (µm)", dots, ";").encode())
     colons = [(n, f"{size}") for n, size in _PLAIN]
     yield Form("colons", text("ring: D in mm", colons, ": ").encode())
     arrows = "\n".join(f"ring {n} = {size} mm" for n, size in _PLAIN)
@@ -101,7 +101,7 @@ def _of_separators() -> Iterator[Form]:
 
 def _of_signs() -> Iterator[Form]:
     arabic = [(str(n).translate(_ARABIC), f"{size}".translate(_ARABIC)) for n, size in _PLAIN]
-    yield Form("Arabic digits", text("رقم الحلقة;القطر (مم)", arabic, ";").encode())
+    yield Form("Arabic digits and unit", text("رقم الحلقة;القطر (مم)", arabic, ";").encode())
     wide = [(str(n).translate(_FULL_WIDTH), f"{size}".translate(_FULL_WIDTH)) for n, size in _PLAIN]
     yield Form("full-width digits", text("次数,直径（ｍｍ）", wide).encode())
     hard = "\n".join(f"{n}\u00a0\t{size}\u00a0mm" for n, size in _PLAIN)
