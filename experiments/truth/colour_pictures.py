@@ -10,6 +10,8 @@ import imageio.v3 as iio
 import numpy as np
 from scipy import ndimage
 
+from newtonjax.scene import LAMPS
+
 NM = 1e-9
 WAVELENGTHS = np.arange(380.0, 780.5, 1.0) * NM
 # Middles and widths (standard deviations) of a Bayer camera's responses [nm], as (share, middle, width).
@@ -18,8 +20,10 @@ _CURVES = (
     ((1.0, 535.0, 36.0), (0.10, 600.0, 30.0)),
     ((1.0, 460.0, 28.0), (0.10, 520.0, 25.0)),
 )
+# Pixels around the frame that are made and cut off; even, for the mosaic.
+_MARGIN = 10
 # Powers of a mercury arc's lines, and of the bands beside them.
-_MERCURY = {404.656: 0.5, 435.833: 1.2, 546.074: 1.5, 576.960: 0.7, 579.066: 0.75}
+_MERCURY = {404.656: 0.5, 407.783: 0.04, 435.833: 1.2, 546.074: 1.5, 576.960: 0.7, 579.066: 0.75}
 
 
 class Truth(NamedTuple):
@@ -46,8 +50,19 @@ def responses(shift_nm: np.ndarray | None = None, crosstalk: float = 0.0) -> np.
     return (1 - crosstalk) * curves + crosstalk * curves.mean(axis=0)
 
 
+def arc(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Spectrum of a mercury arc of its own pressure: each line's power is off by a fifth or so."""
+    wavelengths, powers = spectrum("mercury")
+    scatter = np.ones(len(powers))
+    scatter[: len(_MERCURY)] = np.exp(rng.normal(0, 0.2, len(_MERCURY)))
+    return wavelengths, powers * scatter
+
+
 def spectrum(lamp: str) -> tuple[np.ndarray, np.ndarray]:
-    """Wavelengths [m] and powers of "mercury", "white" (a black body of 5500 K), "led" (white) or "green led"."""
+    """Wavelengths [m] and powers of a light.
+
+    "mercury", another lamp of lines, "white" (a black body of 5500 K), "led" (white) or "green led".
+    """
     at = WAVELENGTHS / NM
     if lamp == "mercury":
         lines = np.array(list(_MERCURY))
@@ -59,30 +74,43 @@ def spectrum(lamp: str) -> tuple[np.ndarray, np.ndarray]:
         return WAVELENGTHS, np.exp(-0.5 * ((at - 450) / 10) ** 2) + 0.5 * np.exp(-0.5 * ((at - 565) / 50) ** 2)
     if lamp == "green led":
         return WAVELENGTHS, np.exp(-0.5 * ((at - 525) / 13) ** 2)
+    if lamp in LAMPS:
+        lines, powers = np.array(LAMPS[lamp]).T
+        return np.concatenate([lines * NM, WAVELENGTHS]), np.concatenate([powers / powers.max(), np.full(401, 0.002)])
     raise ValueError(f"lamp {lamp!r} is not made")
 
 
 def picture(
-    truth: Truth, rng: np.random.Generator, curves: np.ndarray, shape: tuple[int, int] = (300, 400), jpeg: bool = False
+    truth: Truth,
+    rng: np.random.Generator,
+    curves: np.ndarray,
+    shape: tuple[int, int] = (300, 400),
+    jpeg: bool = False,
+    light: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> np.ndarray:
-    """Codes [rows, columns, 3] of a photograph in reflection: 12 bits in 16, or bytes out of a JPEG."""
-    wavelengths, powers = spectrum(truth.lamp)
-    rows, columns = np.mgrid[: 2 * shape[0], : 2 * shape[1]] / 2 - 0.25
+    """Codes [rows, columns, 3] of a photograph in reflection: 12 bits in 16, or bytes out of a JPEG.
+
+    `light`: wavelengths [m] and powers in place of the lamp's.
+    """
+    wavelengths, powers = spectrum(truth.lamp) if light is None else light
+    # Beyond the frame, where a filter would mirror the rings.
+    wide = (shape[0] + 2 * _MARGIN, shape[1] + 2 * _MARGIN)
+    rows, columns = np.mgrid[: 2 * wide[0], : 2 * wide[1]] / 2 - 0.25 - _MARGIN
     x, y = (columns - truth.centre[0]) * truth.pixel_size, (rows - truth.centre[1]) * truth.pixel_size
     gap = truth.radius - np.sqrt(truth.radius**2 - x**2 - y**2) + truth.gap
     table = np.linspace(gap.min(), gap.max(), 4096)
     fringes = np.cos(4 * np.pi * table[:, None] / wavelengths)
-    light = np.empty((*shape, 3))
+    light = np.empty((*wide, 3))
     far = ((columns - shape[1] / 2) ** 2 + (rows - shape[0] / 2) ** 2) / np.hypot(*shape) ** 2
     for channel in range(3):
         taken = powers * np.interp(wavelengths, WAVELENGTHS, curves[channel])
         waveform = 1 - 0.9 * (fringes @ taken) / taken.sum()
         fine = np.interp(gap, table, waveform) * (1 - 0.8 * far)
         fine = ndimage.gaussian_filter(fine, 2 * truth.blur)
-        light[..., channel] = fine.reshape(shape[0], 2, shape[1], 2).mean(axis=(1, 3))
+        light[..., channel] = fine.reshape(wide[0], 2, wide[1], 2).mean(axis=(1, 3))
     light *= np.array([0.45, 0.48, 0.42])
     electrons = rng.poisson(15_000 * light) + rng.normal(0, 15, light.shape)
-    colours = demosaic(electrons / 15_000)
+    colours = demosaic(electrons / 15_000)[_MARGIN:-_MARGIN, _MARGIN:-_MARGIN]
     if jpeg:
         codes = np.clip(_srgb(np.clip(colours, 0, 1)) * 255, 0, 255).round().astype(np.uint8)
         return iio.imread(iio.imwrite("<bytes>", codes, extension=".jpg", quality=90), extension=".jpg")

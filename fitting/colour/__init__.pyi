@@ -2,11 +2,13 @@
 
 from fitting.colour.colour_reasons import ColourReason as ColourReason
 from fitting.colour.evidence import BANDS_ALONE as BANDS_ALONE
+from fitting.colour.evidence import ONE_LINE as ONE_LINE
 from fitting.colour.evidence import odds_of_lamps as odds_of_lamps
 from fitting.colour.images import fitted_images as fitted_images
 from fitting.colour.measuring import ColourFit as ColourFit
 from fitting.colour.measuring import gap_at_centre as gap_at_centre
 from fitting.colour.measuring import measure as measure
 from fitting.colour.measuring import rings_in as rings_in
+from fitting.colour.palette import Lines as Lines
 from fitting.colour.palette import lamp_of_line as lamp_of_line
 from fitting.colour.palette import lines_of as lines_of

@@ -13,9 +13,14 @@ class ColourReason(Wording):
         "the rings do not show the lines of this light: bands without lines explain them as well (odds of e^{odds:.1f} "
         "for the lines, at least e^{least:g} are required); a radius needs lines, or one wavelength behind a filter"
     )
+    ONE_LINE_SEEN = (
+        "the rings show one line alone, not the several of this light: any single line explains them as well (odds of "
+        "e^{odds:.1f} for the several, at least e^{least:g} are required), and which it is they do not tell; give the "
+        "line, such as light='mercury:546nm', or its wavelength"
+    )
     ANOTHER_LAMP = (
-        "the rings are those of {best} rather than of {lines} nm (odds of e^{odds:.0f}); give light={best!r} "
-        "(--light {best}) if this was the lamp"
+        "these are not the rings of {lines} nm: the lines of {best} explain them better (odds of e^{odds:.0f}); give "
+        "light={best!r} (--light {best}) if this was the lamp"
     )
     FURTHER_LINES = (
         "a lamp of {lamp} has further lines, which the channels of this photograph see: with all of them the fringe "

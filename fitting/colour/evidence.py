@@ -3,36 +3,47 @@
 from dataclasses import replace
 
 import numpy as np
+from jaxtyping import Float
 
 from fitting.colour.lamp_fit import LampFit, best_fit, weighed
-from fitting.colour.palette import lines_of_lamp, of_lamp
+from fitting.colour.palette import Lines, lines_of_lamp, of_lamp
 from fitting.colour.profiles import Profiles
 from newtonjax.scene import LAMPS
 
 # Light without lines, in the table of odds.
-BANDS_ALONE = "bands alone"
+BANDS_ALONE, ONE_LINE = "bands alone", "one line"
+# The rate is free: a line at one place is a line anywhere.
+_ANY_LINE = Lines(np.array([555e-9]), np.ones(1))
 
 
 def odds_of_lamps(fit: LampFit, scale: float) -> dict[str, float]:
-    """Natural logarithm of the odds of each named lamp, and of bands without lines, against a fit's light.
+    """Natural logarithm of the odds of each named lamp, of one line, and of bands alone, against a fit's light.
 
     Half the number of independent bins times the logarithm of what is left over: a Gaussian likelihood whose variance
-    is free in each channel. `scale`: of the search's rings [turns per px²].
+    is free in each channel; less half the logarithm of that number for each component that the light has more
+    (G. Schwarz, Ann. Statist. 6, 461 (1978)). `scale`: of the search's rings [turns per px²].
     """
     problem = fit.problem
     halved = replace(problem, profiles=_halved(problem.profiles))
     reference = weighed(halved, fit.optimum.curve)
-    without = weighed(replace(halved, palette=of_lamp(np.zeros(0))), fit.optimum.curve)
-    rivals = {BANDS_ALONE: without}
-    for name in LAMPS:
-        palette = of_lamp(lines_of_lamp(name))
-        rivals[name] = best_fit(halved.profiles, palette, scale, problem.view, problem.channels, most=1)
-    # Bins of one channel that stand for one independent one.
-    together = reference.correlation
-    bins = (halved.profiles.weight > 0).sum(axis=1)
-    base = np.log(reference.unexplained)
-    odds = {name: -0.5 * float(bins @ (np.log(rival.unexplained) - base)) / together for name, rival in rivals.items()}
+    turns = scale * float(halved.profiles.squares.max())
+    rivals = {BANDS_ALONE: weighed(replace(halved, palette=of_lamp(None, 0.0)), fit.optimum.curve)}
+    lights = {name: lines_of_lamp(name) for name in LAMPS} | {ONE_LINE: _ANY_LINE}
+    for name, lines in lights.items():
+        palette = of_lamp(lines, turns)
+        rivals[name] = best_fit(halved.profiles, palette, scale, problem.view, problem.channels)
+    independent = (halved.profiles.weight > 0).sum(axis=1) / reference.correlations
+    odds = {name: _odds(rival, reference, independent) for name, rival in rivals.items()}
+    # A line of any wavelength: that of the single lines' which goes best with bands where they are.
+    odds[ONE_LINE] = max(odds[name] for name, rival in rivals.items() if rival.problem.palette.lines == 1)
     return dict(sorted(odds.items(), key=lambda item: -item[1]))
+
+
+def _odds(rival: LampFit, reference: LampFit, independent: Float[np.ndarray, " channels"]) -> float:
+    """Logarithm of the odds of two fits of profiles of so many independent bins."""
+    ratio = np.log(rival.unexplained / reference.unexplained)
+    further = rival.components - reference.components
+    return -0.5 * float(independent @ ratio + further @ np.log(independent))
 
 
 def _halved(profiles: Profiles) -> Profiles:

@@ -3,16 +3,16 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from fitting.colour.palette import Palette
 from fitting.colour.profiles import Profiles
-from fitting.colour.solver import Optimum, Problem, optimum
+from fitting.colour.solver import ALWAYS_FREE, Optimum, Problem, optimum
 from fitting.colour.starts import Start, starts
 from fitting.colour.waveform import Curve, View
 
-# Starts that are followed to their optimum.
-_FOLLOWED = 3
+# Starts that are followed, and steps after which the best of them goes on alone.
+_FOLLOWED, _ROUGH = 3, 8
 # Rings are judged from this gap on [m]: nearer, a pressed lens is no sphere; it is an eighth of a wave at 0.6 um.
 _INNERMOST = 0.15e-6
 
@@ -36,7 +36,12 @@ class LampFit:
         return np.array(shares)
 
     @property
-    def correlation(self) -> float:
+    def components(self) -> Int[np.ndarray, " channels"]:
+        """How many components of light each channel has."""
+        return np.array([np.count_nonzero(answer.amplitudes) for answer in self.problem.solved(self.optimum.curve)])
+
+    @property
+    def correlations(self) -> Float[np.ndarray, " channels"]:
         """Variance of a sum of neighbouring bins' residuals over that of white noise: bins to an independent one."""
         sums = []
         for answer in self.problem.solved(self.optimum.curve):
@@ -45,7 +50,7 @@ class LampFit:
             ends = np.flatnonzero(spectrum <= 0)
             length = ends[0] if len(ends) else len(spectrum)
             sums.append(2 * spectrum[:length].sum() / max(spectrum[0], 1e-30) - 1)
-        return max(1.0, float(np.mean(sums)))
+        return np.maximum(1.0, sums)
 
 
 def best_fit(
@@ -54,24 +59,24 @@ def best_fit(
     scale: float,
     view: View,
     channels: tuple[int, ...],
-    most: int = _FOLLOWED,
 ) -> LampFit:
-    """The best curve of a palette with lines; `scale`: of the search's rings [turns per px²].
-
-    `most`: starts that are followed to their optimum.
-    """
-    lines = palette.wavelengths[: palette.lines]
-    candidates = starts(profiles, lines, scale, view)
+    """The best curve of a palette with lines; `scale`: of the search's rings [turns per px²]."""
+    candidates = starts(profiles, palette.middles, scale, view)
     rate = np.exp(candidates[0].curve.log_rate)
     outer = profiles.within(_INNERMOST / rate, np.inf)
-    problem = Problem(outer, palette, view, channels, np.ones(len(channels)))
-    return _followed(problem, candidates, most)
+    problem = Problem(outer, palette, view, channels, outer.noise, free=free_under(palette))
+    return _followed(problem, candidates)
 
 
-def _followed(problem: Problem, candidates: list[Start], most: int) -> LampFit:
+def free_under(palette: Palette) -> tuple[str, ...]:
+    """Names of a curve's numbers that are free under a light."""
+    return (*ALWAYS_FREE, "balance") if palette.tilt.any() else ALWAYS_FREE
+
+
+def _followed(problem: Problem, candidates: list[Start]) -> LampFit:
     """The best of the optima next to the candidates; the channels weighed by what they leave over."""
     ranked = sorted(candidates, key=lambda start: _square(problem, start.curve))
-    optima = [optimum(problem, start.curve) for start in ranked[:most]]
+    optima = [optimum(problem, start.curve, _ROUGH) for start in ranked[:_FOLLOWED]]
     return weighed(problem, min(optima, key=lambda best: best.chi2).curve)
 
 

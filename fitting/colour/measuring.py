@@ -10,7 +10,7 @@ from jaxtyping import Float
 from fitting.colour.blocks import Blocks, blocks_of
 from fitting.colour.geometry import Placed, place
 from fitting.colour.lamp_fit import LampFit, best_fit, weighed
-from fitting.colour.palette import of_lamp
+from fitting.colour.palette import Lines, of_lamp
 from fitting.colour.profiles import Profiles, profiles_of
 from fitting.colour.scatter import deviation_of_rate
 from fitting.colour.solver import optimum
@@ -50,7 +50,7 @@ class ColourFit:
     """One curve for all channels, under light of some lines and bands.
 
     - `fit`: the best curve; `deviation` of its log rate by the sectors; `variants`: models as good.
-    - `channels`: each by itself; `clipped`: numbers of channels whose brightest rings were left out.
+    - `by_channel`: each by itself; `clipped`: numbers of channels whose brightest rings were left out.
     """
 
     rings: Rings1D
@@ -63,7 +63,7 @@ class ColourFit:
     @property
     def spread(self) -> float:
         """Standard deviation of the log rate among admissible models."""
-        return float(np.sqrt(np.mean([variant.shift**2 for variant in self.variants]))) if self.variants else 0.0
+        return float(np.sqrt(np.mean([variant.excess for variant in self.variants]))) if self.variants else 0.0
 
     @property
     def explained(self) -> Float[np.ndarray, " channels"]:
@@ -74,14 +74,14 @@ class ColourFit:
     def order_odds(self) -> dict[int, float]:
         """Probability of the gap as found (0) and of gaps so many half wavelengths further."""
         problem, best = self.fit.problem, self.fit.optimum
-        half = 0.5e6 * float(np.mean(problem.palette.wavelengths[: problem.palette.lines]))
+        half = 0.5e6 * float(np.mean(problem.palette.middles))
         chi2 = {0: best.chi2}
         for order in _ORDERS:
             start = best.curve._replace(offset=best.curve.offset + order * half)
             moved_optimum = optimum(problem, start)
             if abs(moved_optimum.curve.offset - start.offset) < 0.4 * half:
                 chi2[order] = moved_optimum.chi2
-        least, inflation = min(chi2.values()), self.fit.correlation
+        least, inflation = min(chi2.values()), float(self.fit.correlations.max())
         weights = {order: float(np.exp(-(value - least) / (2 * inflation))) for order, value in chi2.items()}
         return {order: weight / sum(weights.values()) for order, weight in weights.items()}
 
@@ -100,9 +100,9 @@ def rings_in(
     return Rings1D(blocks, placed, profiles, view, rings.scale, channels)
 
 
-def fit_lamp(rings: Rings1D, lines: Float[np.ndarray, " lines"]) -> tuple[LampFit, tuple[int, ...]]:
+def fit_lamp(rings: Rings1D, lines: Lines) -> tuple[LampFit, tuple[int, ...]]:
     """The best curve of light of these lines and bands; and the channels whose brightest rings are clipped."""
-    palette = of_lamp(lines)
+    palette = of_lamp(lines, rings.scale * float(rings.profiles.squares.max()))
     plain = best_fit(rings.profiles, palette, rings.scale, rings.view, rings.channels)
     profiles = plain.problem.profiles
     below = profiles.below(np.full(len(rings.channels), _HIGH)).weight.sum(axis=1)
@@ -126,12 +126,12 @@ def weighed_on(problem, plain: LampFit) -> Float[np.ndarray, " channels"]:
     return np.mean(weight * (means - np.stack(models)) ** 2, axis=1)
 
 
-def measure(rings: Rings1D, lines: Float[np.ndarray, " lines"]) -> ColourFit:
+def measure(rings: Rings1D, lines: Lines) -> ColourFit:
     """One curve for all channels under light of these lines, with its standard deviation and its rivals."""
     fit, clipped = fit_lamp(rings, lines)
     deviation = deviation_of_rate(fit.problem, fit.optimum)
     by_channel = [_alone(fit, k) for k in range(len(rings.channels))]
-    return ColourFit(rings, fit, deviation, variants_of(fit), by_channel, clipped)
+    return ColourFit(rings, fit, deviation, variants_of(fit, deviation), by_channel, clipped)
 
 
 def _alone(fit: LampFit, number: int) -> ChannelRate:

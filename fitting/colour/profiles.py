@@ -13,6 +13,8 @@ from fitting.photo import Rings
 # Sectors whose scatter gives the standard deviation, and fewest blocks to a bin of all of them.
 SECTORS = 24
 _FEWEST = 8
+# Variance of fourth differences of white noise of variance 1, and median of the square of a normal number.
+_FOURTH, _MEDIAN = 70.0, 0.455
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,12 @@ class Profiles:
     def means(self) -> Float[np.ndarray, "channels bins"]:
         """Over all sectors; 0 where nothing is used."""
         return (self.values * self.weights).sum(axis=1) / np.maximum(self.weight, 1e-12)
+
+    @property
+    def noise(self) -> Float[np.ndarray, " channels"]:
+        """Variance of a block of weight 1 by fourth differences of the means, of which rings leave little."""
+        squares = self.weight[:, 2:-2] * np.diff(self.means, 4, axis=1) ** 2
+        return np.maximum(np.median(squares, axis=1), 1e-12) / (_FOURTH * _MEDIAN)
 
     def within(self, low: float, high: float) -> "Profiles":
         """Bins between two squared distances [px²] alone."""

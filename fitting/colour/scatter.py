@@ -23,9 +23,8 @@ def deviation_of_rate(problem: Problem, optimum: Optimum) -> float:
         weights = profiles.weights[k] / problem.variances[k]
         normal += columns.T @ (columns * weights.sum(axis=0)[:, None])
         pulls += (weights * rests[k]) @ columns
-    for k, name in enumerate(problem.free):
-        if sd := PRIORS[name]:
-            normal[k, k] += sd**-2
+    precisions = np.array([PRIORS[name] or np.inf for name in problem.free]) ** -2.0
+    normal[range(len(precisions)), range(len(precisions))] += precisions
     direction = np.linalg.lstsq(normal, np.eye(size)[0], rcond=1e-12)[0]
     influence = pulls @ direction
     angle = 2 * np.pi * (np.arange(SECTORS) + 0.5) / SECTORS
@@ -36,8 +35,9 @@ def deviation_of_rate(problem: Problem, optimum: Optimum) -> float:
     harmonics, influence = harmonics[used], influence[used]
     residual = influence - harmonics @ np.linalg.lstsq(harmonics, influence, rcond=1e-9)[0]
     sectors = len(influence)
-    by_sectors = float(np.sqrt(sectors / (sectors - harmonics.shape[1]) * (residual**2).sum()))
-    return max(by_sectors, optimum.deviation())
+    by_sectors = sectors / (sectors - harmonics.shape[1]) * float((residual**2).sum())
+    by_priors = float(precisions @ direction[: len(precisions)] ** 2)
+    return max(float(np.sqrt(by_sectors + by_priors)), optimum.deviation())
 
 
 def _linearized(problem: Problem, optimum: Optimum) -> tuple[list[np.ndarray], list[np.ndarray]]:

@@ -15,6 +15,8 @@ from fitting.colour.palette import Palette
 from fitting.colour.profiles import Profiles
 from fitting.colour.waveform import PRIORS, STEPS, Curve, View, waves
 
+# Numbers of a curve that every fit frees.
+ALWAYS_FREE = ("log_rate", "offset", "blur")
 _ITERATIONS, _TRIALS, _STILL = 20, 7, 1e-7
 
 
@@ -33,7 +35,7 @@ class Problem:
     channels: tuple[int, ...]
     variances: Float[np.ndarray, " channels"]
     degree: int = 3
-    free: tuple[str, ...] = ("log_rate", "offset", "blur")
+    free: tuple[str, ...] = ALWAYS_FREE
 
     def solved(self, curve: Curve) -> list[Channel]:
         """Amplitudes and residuals of the channels."""
@@ -69,12 +71,12 @@ class Optimum(NamedTuple):
         return float(np.sqrt(max(np.linalg.pinv(self.matrix)[0, 0], 0.0)))
 
 
-def optimum(problem: Problem, start: Curve) -> Optimum:
-    """The curve of least squares next to a start: steps of Levenberg and Marquardt."""
+def optimum(problem: Problem, start: Curve, steps: int = _ITERATIONS) -> Optimum:
+    """The curve of least squares next to a start: at most so many steps of Levenberg and Marquardt."""
     curve, damping = start, 1e-3
     residual = problem.residual(curve)
     matrix = np.eye(len(problem.free))
-    for _ in range(_ITERATIONS):
+    for _ in range(steps):
         slopes = np.stack([_slope(problem, curve, residual, name) for name in problem.free], axis=1)
         matrix, gradient = slopes.T @ slopes, slopes.T @ residual
         before = float(residual @ residual)

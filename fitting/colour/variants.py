@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.colour.lamp_fit import LampFit, variances_of
-from fitting.colour.palette import of_lamp
+from fitting.colour.palette import with_bands
 from fitting.colour.solver import Problem, optimum
 
 # Widths of bands [m] besides the usual one, and degrees of the background.
@@ -18,15 +18,29 @@ _ADMISSIBLE = 2.0
 
 
 class Variant(NamedTuple):
-    """A model as good as the best one: its name, and the logarithm of its rate over the best one's."""
+    """A model as good as the best one.
+
+    `shift`: logarithm of its rate over the best one's; `noise`: standard deviation of a shift of noise alone.
+    """
 
     name: str
     shift: float
+    noise: float
+
+    @property
+    def excess(self) -> float:
+        """The square of the shift that noise does not explain."""
+        return max(self.shift**2 - self.noise**2, 0.0)
 
 
-def variants_of(fit: LampFit) -> list[Variant]:
-    """The admissible models besides the best one."""
-    before = fit.optimum.curve
+def variants_of(fit: LampFit, deviation: float) -> list[Variant]:
+    """The admissible models besides the best one; `deviation` of its log rate by the sectors.
+
+    Of fewer rings, or with more numbers, an estimate scatters about an efficient one by the difference of their
+    variances (J. A. Hausman, Econometrica 46, 1251 (1978), lemma 2.1).
+    """
+    before, white = fit.optimum.curve, fit.optimum.deviation()
+    inflation = deviation / max(white, 1e-30)
     variants = []
     for name, problem in _problems(fit).items():
         # Of the same bins.
@@ -34,16 +48,16 @@ def variants_of(fit: LampFit) -> list[Variant]:
         best = optimum(problem, before)
         unexplained = variances_of(problem, best.curve) / variances_of(reference, before)
         if np.mean(unexplained) < _ADMISSIBLE:
-            variants.append(Variant(name, best.curve.log_rate - before.log_rate))
+            noise = inflation * float(np.sqrt(max(best.deviation() ** 2 - white**2, 0.0)))
+            variants.append(Variant(name, best.curve.log_rate - before.log_rate, noise))
     return variants
 
 
 def _problems(fit: LampFit) -> dict[str, Problem]:
     base = fit.problem
-    rate, squares, lines = np.exp(fit.optimum.curve.log_rate), base.profiles.squares, base.palette.lines
+    rate, squares = np.exp(fit.optimum.curve.log_rate), base.profiles.squares
     problems = {
-        f"bands of {1e9 * width:.0f} nm": replace(base, palette=of_lamp(base.palette.wavelengths[:lines], width))
-        for width in _BANDS
+        f"bands of {1e9 * width:.0f} nm": replace(base, palette=with_bands(base.palette, width)) for width in _BANDS
     }
     problems |= {f"background of degree {degree}": replace(base, degree=degree) for degree in _DEGREES}
     inner = base.profiles.within(_INNER / rate, np.inf)

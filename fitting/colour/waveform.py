@@ -16,6 +16,7 @@ class Curve(NamedTuple):
     - `blur`: standard deviation of a Gaussian blur [px].
     - `red`, `blue`: magnification of these channels over the others' [percent].
     - `bend`: by how much the camera's distortion stretches r² at the rim.
+    - `balance`: of close lines towards the longer ones, in standard deviations of their lamps' (`Palette.tilt`).
     """
 
     log_rate: float
@@ -24,6 +25,7 @@ class Curve(NamedTuple):
     red: float = 0.0
     blue: float = 0.0
     bend: float = 0.0
+    balance: float = 0.0
 
     def magnification(self, channel: int) -> float:
         """Of a channel, over the middle one's."""
@@ -31,8 +33,12 @@ class Curve(NamedTuple):
 
 
 # Standard deviations of what is known of the numbers before; None for nothing. Steps of difference quotients.
-PRIORS: dict[str, float | None] = {"log_rate": None, "offset": None, "blur": 3.0, "red": 0.1, "blue": 0.1, "bend": 0.02}
-STEPS = {"log_rate": 1e-6, "offset": 1e-5, "blur": 1e-3, "red": 1e-4, "blue": 1e-4, "bend": 1e-5}
+PRIORS: dict[str, float | None] = {
+    "log_rate": None, "offset": None, "blur": 3.0, "red": 0.1, "blue": 0.1, "bend": 0.02, "balance": 1.0,
+}  # fmt: skip
+STEPS = {
+    "log_rate": 1e-6, "offset": 1e-5, "blur": 1e-3, "red": 1e-4, "blue": 1e-4, "bend": 1e-5, "balance": 1e-3,
+}  # fmt: skip
 
 
 class View(NamedTuple):
@@ -71,4 +77,5 @@ def waves(
     fading = -along - (np.pi * widths * path) ** 2 / (4 * np.log(2))
     phase = 2 * np.pi * path * wavenumbers - blurred * along + np.arctan(blurred)
     in_bin = np.sinc(2 * rate * wavenumbers * width) / np.sqrt(1 + blurred**2)
-    return view.sign * in_bin * np.exp(fading) * np.cos(phase)
+    fringes = view.sign * in_bin * np.exp(fading) * np.cos(phase)
+    return fringes @ (palette.shares + curve.balance * palette.tilt)

@@ -7,6 +7,7 @@ import numpy as np
 
 from fitting.colour import (
     BANDS_ALONE,
+    ONE_LINE,
     ColourFit,
     ColourReason,
     fitted_images,
@@ -24,13 +25,17 @@ from fitting.photograph.task import Task
 from fitting.reasons import Reason
 
 _NAMES = {"red": 0, "green": 1, "blue": 2, "grey": 1}
-# Odds (natural logarithm) that lines need over bands alone, and at which another lamp is believed instead.
-_LEAST_ODDS, _OTHER_LAMP = 5.0, 20.0
+# Odds (natural logarithm) that lines need over bands alone, and several lines over a single one; and at which another
+# lamp is believed instead.
+_LEAST_ODDS, _SEVERAL_LINES, _OTHER_LAMP = 5.0, 40.0, 30.0
 # Channels by themselves that scatter so many times as their noise.
 _SCATTERED = 3.0
 _CERTAIN = 0.99
 # Share of the largest lit area that a channel must have.
 _LEAST_LIT = 0.5
+# Of a JPEG's fringe scale (the rms error of made ones, experiments/truth/colour_pairs.py): its channels have the fine
+# rings of their mean.
+_COMPRESSED = 7e-4
 
 
 def fit_channels(task: Task, rings: Rings, light: LampLight, arguments: dict[str, Any], began: float) -> FitResult:
@@ -46,7 +51,7 @@ def fit_channels(task: Task, rings: Rings, light: LampLight, arguments: dict[str
     }
     odds = odds_of_lamps(fit.fit, rings.scale)
     common["model"] = _model(fit, photographs, light, odds)
-    if reason := _doubt(odds, light):
+    if reason := doubt_of(odds, light, fit.fit.problem.palette.lines):
         return FitResult("refused", reason, seconds=time.perf_counter() - began, **common)
     numbers = _numbers(task, fit, photographs, light)
     picture = _picture(task.photograph, photographs, fit, light)
@@ -81,26 +86,32 @@ def fringe_scale(fit: ColourFit, light: LampLight) -> float:
 
 
 def scatter_of_channels(fit: ColourFit) -> tuple[float, float]:
-    """Standard deviation of the channels' mean log rate by their scatter, and their range over what noise explains."""
+    """Standard deviation of the channels' mean log rate by their scatter beyond noise, and scatter over noise."""
     if len(fit.by_channel) < 2:
         return 0.0, 0.0
     rates, sds = (np.array([getattr(channel, name) for channel in fit.by_channel]) for name in ("log_rate", "sd"))
     weights = 1 / sds**2
     mean = np.average(rates, weights=weights)
     chi2 = float(weights @ (rates - mean) ** 2) / (len(rates) - 1)
-    return float(np.sqrt(chi2 / weights.sum())), float(np.sqrt(chi2))
+    return float(np.sqrt(max(chi2 - 1, 0.0) / weights.sum())), float(np.sqrt(chi2))
 
 
-def _rows(fit: ColourFit) -> list[tuple[str, float]]:
+def _rows(fit: ColourFit, photographs: tuple[Photograph, ...]) -> list[tuple[str, float]]:
     """Relative standard deviations of the fringe scale, by source."""
     by_channels, _ = scatter_of_channels(fit)
-    return [("noise", fit.deviation), ("models of the light", fit.spread), ("channels", by_channels)]
+    may_be_jpeg = len(photographs) > 1 and photographs[0].transfer == "srgb"
+    return [
+        ("noise", fit.deviation),
+        ("models of the light", fit.spread),
+        ("channels", by_channels),
+        ("compression", _COMPRESSED if may_be_jpeg else 0.0),
+    ]
 
 
 def _numbers(task: Task, fit: ColourFit, photographs: tuple[Photograph, ...], light: LampLight) -> dict[str, Any]:
     """The numbers of a `FitResult`, by name."""
     quantities, scale = task.quantities, fringe_scale(fit, light)
-    rows = [(source, sd) for source, sd in _rows(fit) if sd]
+    rows = [(source, sd) for source, sd in _rows(fit, photographs) if sd]
     relative = float(np.sqrt(sum(sd**2 for _, sd in rows)))
     figure = fit.rings.placed.figure
     index = quantities.given.get("gap_index", 1.0)
@@ -182,20 +193,27 @@ def _warnings(task: Task, fit: ColourFit, photographs: tuple[Photograph, ...]) -
     return warnings
 
 
-def _doubt(odds: dict[str, float], light: LampLight):
-    """Why the light that was given is not that of the rings; None where it is."""
-    best = max((name for name in odds if name != BANDS_ALONE), key=lambda name: odds[name])
-    if odds[best] > _OTHER_LAMP:
+def doubt_of(odds: dict[str, float], light: LampLight, components: int):
+    """Why the light that was given is not that of the rings; None where it is.
+
+    `components`: of the light that the rings tell apart. Of one alone nothing tells that it is not another's.
+    """
+    lamps = {name: value for name, value in odds.items() if name not in (BANDS_ALONE, ONE_LINE)}
+    best = max(lamps, key=lambda name: lamps[name])
+    if lamps[best] > _OTHER_LAMP:
         return ColourReason.ANOTHER_LAMP(best=best, lines=light.words, odds=odds[best])
     if -odds[BANDS_ALONE] < _LEAST_ODDS:
         return ColourReason.LINES_NOT_SEEN(odds=-odds[BANDS_ALONE], least=_LEAST_ODDS)
+    if components > 1 and -odds[ONE_LINE] < _SEVERAL_LINES:
+        return ColourReason.ONE_LINE_SEEN(odds=-odds[ONE_LINE], least=_SEVERAL_LINES)
     return None
 
 
 def _model(
     fit: ColourFit, photographs: tuple[Photograph, ...], light: LampLight, odds: dict[str, float]
 ) -> dict[str, str]:
-    lamps = [(name, value) for name, value in odds.items() if name != BANDS_ALONE]
+    no_lamps = (ONE_LINE, BANDS_ALONE)
+    lamps = [*(name for name in odds if name not in no_lamps), *no_lamps]
     lateral = {variant.name: variant.shift for variant in fit.variants}
     variants = "; ".join(f"{name} {shift:+.2%}" for name, shift in lateral.items())
     shares = zip(photographs, fit.explained, strict=True)
@@ -204,7 +222,7 @@ def _model(
         "fringes": "2 n t at normal incidence, exact sphere, one for all channels",
         "light": f"lines of {light.words} nm and bands, amplitudes of 0 or more, free in each channel",
         "lamps": "logarithms of the odds against this light: "
-        + ", ".join(f"{name} {round(value):+d}" for name, value in [*lamps, (BANDS_ALONE, odds[BANDS_ALONE])]),
+        + ", ".join(f"{name} {round(odds[name]):+d}" for name in lamps),
         "explained": explained,
         "variants": f"relative change of the fringe scale: {variants}",
         "gap order": f"probability {fit.order_odds[0]:.0%}",

@@ -3,9 +3,8 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
 
-from fitting.colour import lines_of
+from fitting.colour import Lines, lines_of
 from newtonjax.numerics import shown
 from newtonjax.scene import Spectrum, lamp
 
@@ -21,17 +20,18 @@ _APART = (
 class LampLight(NamedTuple):
     """The lines of a light that was given [m], and that to which the fringe scale refers."""
 
-    lines: Float[np.ndarray, " lines"]
+    lines: Lines
 
     @property
     def reference(self) -> float:
         """The line nearest to the middle of what cameras see [m]."""
-        return float(self.lines[np.argmin(np.abs(self.lines - _MIDDLE))])
+        wavelengths = self.lines.wavelengths
+        return float(wavelengths[np.argmin(np.abs(wavelengths - _MIDDLE))])
 
     @property
     def words(self) -> str:
         """The lines in nm, for a reader."""
-        return ", ".join(f"{1e9 * line:.1f}" for line in np.sort(self.lines))
+        return ", ".join(f"{1e9 * line:.1f}" for line in np.sort(self.lines.wavelengths))
 
 
 def light_of(arguments: dict[str, Any]) -> LampLight:
@@ -51,7 +51,7 @@ def light_of(arguments: dict[str, Any]) -> LampLight:
     if arguments["channel"] is not None:
         raise ValueError("light and channel do not go together: a fit under light has all channels; leave one out")
     lines = lines_of(lamp(light) if isinstance(light, str) else light)
-    if not len(lines):
+    if not len(lines.wavelengths):
         raise ValueError(
             f"light is {shown(light)}, which has no lines: bands alone give no radius without the curves of the "
             "camera; allowed: a lamp such as 'mercury' or 'sodium', a line '546.1nm', or a wavelength behind a filter"
