@@ -200,7 +200,9 @@ def doubt_of(odds: dict[str, float], light: LampLight, components: int):
     """
     lamps = {name: value for name, value in odds.items() if name not in (BANDS_ALONE, ONE_LINE)}
     best = max(lamps, key=lambda name: lamps[name])
-    if lamps[best] > _OTHER_LAMP:
+    # What tells single lines apart is bands beside them alone, which the model has by chance.
+    limit = _OTHER_LAMP if components > 1 else 2 * _OTHER_LAMP
+    if lamps[best] > limit:
         return ColourReason.ANOTHER_LAMP(best=best, lines=light.words, odds=odds[best])
     if -odds[BANDS_ALONE] < _LEAST_ODDS:
         return ColourReason.LINES_NOT_SEEN(odds=-odds[BANDS_ALONE], least=_LEAST_ODDS)
