@@ -47,6 +47,7 @@ class Reason(Wording):
         "their amplitude, whatever the camera's exponent; at most {most_second} and {most_third} are allowed "
         "(Fabry-Perot rings are as sharp)"
     )
+    SPOTS_LEFT_OUT = "{share:.0%} of the field is darker or brighter than fringes (dust, a crosshair): left out"
     MIDDLE_ONLY = "rings are seen in the middle of the picture only: what lies further out was left out"
     LENS_SMALLER_THAN_FIELD = (
         "wavelength and pixel size imply a lens radius of {radius:.3g} m, but the rings extend to {reach:.3g} m; check "

@@ -6,7 +6,7 @@ import numpy as np
 
 from fitting.parameters import Quantities, lensless
 from fitting.photo import Photograph, Rings, evidence_of, find_rings, follow, pixels_of, view_of
-from fitting.photograph.second_look import rings_in_the_middle
+from fitting.photograph.second_look import rings_in_the_middle, rings_without_spots
 from fitting.photograph.task import Task
 from fitting.photograph.verdict import RefusedError
 from fitting.reasons import Reason
@@ -26,9 +26,10 @@ def find(task: Task) -> tuple[Task, Rings]:
     if reason := _too_steep(photograph, rings, task.quantities):
         raise RefusedError(reason, photograph)
     if no_rings:
-        if (middle := rings_in_the_middle(photograph)) is None:
+        clearer = rings_without_spots(photograph) or rings_in_the_middle(photograph)
+        if clearer is None:
             raise RefusedError(no_rings, photograph)
-        photograph, rings = middle
+        photograph, rings = clearer
     return replace(task, photograph=photograph), rings
 
 

@@ -120,7 +120,8 @@ class SecondSystem(AbstractRival):
             return None
         contrast = float(np.sqrt(2 * rings.match * np.mean(coarse**2)))
         words = Reason.RIVAL_SECOND_SYSTEM(ratio=ratio, contrast=contrast)
-        return Finding(self.name, rings.match, _MATCH, "warning", words)
+        # What is stronger than the rings themselves is no ghost of them: they are not what the image shows.
+        return Finding(self.name, rings.match, _MATCH, "warning" if contrast < 1 else "refusal", words)
 
 
 def _is_first(remainder: Remainder, rings: Rings) -> bool:
