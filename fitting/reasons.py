@@ -130,6 +130,10 @@ class Reason(Wording):
         "of their contrast: a ghost, another face or a second colour; mask it, or keep it out of the light"
     )
     RIVAL_FORM = "fringes up to {size:.2g} turns off a sphere's (coma, trefoil): {shift:+.2%} of the scale with these"
+    RIVAL_LARGE_FORM = (
+        "fringes seem up to {size:.2g} turns off a sphere's: too far for an estimate of what they do to the scale, and "
+        "not in the budget; newtonjax form measures such a surface"
+    )
     RIVAL_VIEW_OR_FORM = (
         "the rings are elliptic by {stretch:.2%}: a view at {angle:.1f} degrees, or a lens with two radii {apart:.2%} "
         "apart, whose mean curvature is of a radius {share:.2%} smaller; a stated view angle decides"

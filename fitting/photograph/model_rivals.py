@@ -66,12 +66,16 @@ class Form(AbstractRival):
         terms = form_terms(remainder)
         if terms is None or terms.chi2 < _LIMIT:
             return None
-        # Their shift counts as far as they determine one, and where the phase is linear in them.
-        square, doubt = terms.shift**2, terms.shift_sd**2
         largest = float(np.abs(terms.values).max())
-        words = Reason.RIVAL_FORM(size=largest, shift=terms.shift)
-        deviation = abs(terms.shift) * square / max(square + doubt, 1e-300) if largest < _LINEAR else 0.0
-        return Finding(self.name, terms.chi2, _LIMIT, "budget", words, deviation)
+        if largest > _LINEAR:
+            # What they do to the scale is then no row, and no number is said.
+            return Finding(self.name, terms.chi2, _LIMIT, "warning", Reason.RIVAL_LARGE_FORM(size=largest))
+        # Their shift counts as far as they determine one.
+        square, doubt = terms.shift**2, terms.shift_sd**2
+        shift = terms.shift * square / max(square + doubt, 1e-300)
+        return Finding(
+            self.name, terms.chi2, _LIMIT, "budget", Reason.RIVAL_FORM(size=largest, shift=shift), abs(shift)
+        )
 
 
 def form_terms(remainder: Remainder) -> Terms | None:

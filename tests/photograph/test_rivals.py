@@ -138,7 +138,17 @@ def test_a_form_that_is_excluded_is_a_rival_in_the_budget():
     result, rivals = fired(noisy(0.5 + 0.4 * wave(0.1 * rho**3 * np.cos(angle))), parts={"lens_form": False})
     assert rivals["form"].consequence == "budget"
     assert result.model["form"] == rivals["form"].words
+    # What is said of the scale is what the row holds.
+    assert abs(rivals["form"].words.values["shift"]) == pytest.approx(rivals["form"].deviation)
     assert abs(result.radius / RADIUS - 1) < 2 * result.radius_sd / RADIUS < 0.03
+
+
+def test_a_form_too_large_for_an_estimate_is_a_warning_that_says_no_number_of_the_scale():
+    rho, angle = polar()
+    _, rivals = fired(noisy(0.5 + 0.4 * wave(1.0 * rho**4 * np.cos(2 * angle))), parts={"lens_form": False})
+    assert (rivals["form"].consequence, rivals["form"].deviation) == ("warning", 0.0)
+    assert set(rivals["form"].words.values) == {"size"}
+    assert 1 < rivals["form"].words.values["size"] < 4
 
 
 @pytest.mark.parametrize("share", [0.05, 0.1, 0.15])
