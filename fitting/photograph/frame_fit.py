@@ -8,6 +8,7 @@ import numpy as np
 
 from fitting.estimate import Fitted
 from fitting.parameters import EXPONENTS, UNITS, Numbers, Parameter, Quantities, block_of
+from fitting.photograph.meridians import View, meridians_of
 from fitting.photograph.result import FitResult
 from fitting.photograph.variance import variance_of
 
@@ -60,7 +61,8 @@ class FrameFit:
 class FrameScale:
     """From a frame's numbers to quantities; what a searched frame's budget adds to the noise goes for all after it.
 
-    - `half`: turns at a gap of nothing; `plate`: radius of the plate [m]; `gap`: the one that is held [m].
+    - `half`: turns at a gap of nothing; `plate`: radius of the plate [m]; `gap`: the one that is held [m]; `view`: what
+      is given of its angle.
     - `beside`: relative standard deviation of the fringe scale by the image apart from noise; `given`: of the answer by
       what is given; `message`: of a fit without a scale.
     """
@@ -72,6 +74,7 @@ class FrameScale:
     beside: float = 0.0
     given: float = 0.0
     message: str = ""
+    view: View | None = None
 
     def counted(self, fitted: Fitted, last: Fitted | None) -> Fitted:
         """A searched fit whose phase is the one next to the last frame's, or to a gap of nothing."""
@@ -117,7 +120,16 @@ class FrameScale:
         """The row with the quantities that follow from its fringe scale."""
         quantities, measured = self.known, self.known.measured
         values = quantities.values(row.fringe_scale_per_px2 or np.nan)
-        relative /= abs(EXPONENTS[measured])
+        exponent = EXPONENTS[measured]
+        relative /= abs(exponent)
+        radii: dict[str, Parameter] = {}
+        if self.view is not None and "oblique_view" in fitted.parts:
+            meridians = meridians_of(fitted.numbers, _covariance(fitted), self.view)
+            if measured == "radius" and self.plate is None:
+                radii = meridians.parameters(values["radius"], values["radius"] * float(np.hypot(relative, self.given)))
+            flattening, deviation = meridians.flattening
+            values[measured] *= np.exp(flattening / exponent)
+            relative = float(np.hypot(relative, deviation / abs(exponent)))
         if self.plate is not None:
             effective = values["radius"]
             values["radius"] = 1 / (1 / effective - 1 / self.plate)
@@ -140,11 +152,14 @@ class FrameScale:
             gap=float(gap),
             gap_sd=float(np.linalg.norm([phase_sd * period, gap * wave_sd, gap * index_sd])),
             contact_radius=disc if "contact" in fitted.parts else None,
-            parameters={measured: Parameter(value, total, False, measured, UNITS[measured])},
+            parameters={measured: Parameter(value, total, False, measured, UNITS[measured])} | radii,
         )
 
 
 def _deviations(fitted: Fitted) -> Numbers:
     """Standard deviations of the numbers by the frame's noise, and by errors that its neighbouring pixels share."""
-    covariance = fitted.matrix.covariance(variance_of(fitted)[0])
-    return Numbers(*np.sqrt(np.clip(np.diag(block_of(covariance)), 0.0, None)))
+    return Numbers(*np.sqrt(np.clip(np.diag(block_of(_covariance(fitted))), 0.0, None)))
+
+
+def _covariance(fitted: Fitted) -> np.ndarray:
+    return fitted.matrix.covariance(variance_of(fitted)[0])

@@ -1,6 +1,6 @@
 """A stack of frames of one view: the radius and the gap of each, from one frame to the next."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,9 @@ from fitting.parameters import (
 from fitting.photo import frames_of
 from fitting.photograph.frame_fit import FrameFit, FrameScale
 from fitting.photograph.measure import fit
-from fitting.photograph.task import checked_parts
+from fitting.photograph.meridians import View, checked_view
+from fitting.photograph.priors import checked_axis, checked_priors
+from fitting.photograph.task import checked_parts, priors_of_view
 from fitting.photograph.tracking import LostError, Track, begin, follow
 from fitting.reasons import Reason
 from newtonjax.numerics import names_in, require_choice, x64
@@ -45,6 +47,11 @@ def fit_stack(
     transfer: str | float | None = None,
     mask: str | Path | np.ndarray | None = None,
     parts: dict[str, bool] | None = None,
+    priors: Mapping[str, tuple[float, float | str]] | None = None,
+    axis_px: tuple[float, float] | None = None,
+    axis_px_sd: float | None = None,
+    view_angle: float | None = None,
+    view_angle_sd: float | str | None = None,
 ) -> Iterator[FrameFit]:
     """A row for each frame of one view, whose radius, gap or centre changes slowly, in the frames' order.
 
@@ -61,20 +68,36 @@ def fit_stack(
         with several pages, a GIF or a video (which needs imageio's extra ffmpeg or pyav). Read one by one.
       wavelength, pixel_size, radius [m], gap_index: as in `fit`, and so are their deviations, plate_radius, view, free,
         fixed, start, transfer, mask and parts; there is no scene.
+      priors, axis_px, axis_px_sd, view_angle, view_angle_sd: as in `fit`, and the same for all frames. With the view's
+        angle a row's radius is that of the mean curvature, and its parameters have the two radii and their axis.
+
+    A row is of the most probable set of parts of the frame that was searched, an answer of `fit` the mean over all
+    sets. Where a part is doubtful they differ by 0.3 standard deviations, in no direction (docs/uncertainty.md).
 
     Raises ValueError and FileNotFoundError, at once, for arguments that cannot be used.
 
     """
     arguments = {name: value for name, value in locals().items() if name != "frames"}
-    known_quantities = _checked(arguments)
-    return _rows(frames_of(frames), arguments, known_quantities)
+    known_quantities, view_known = _checked(arguments), _checked_priors(arguments)
+    return _rows(frames_of(frames), arguments, known_quantities, view_known)
+
+
+def _checked_priors(arguments: dict) -> View | None:
+    """What is known of the view. Raises ValueError for priors, an axis and a view that `fit` would not take."""
+    wishes, view = checked_parts(arguments["parts"]), None
+    priors = {} if arguments["priors"] is None else checked_priors(arguments["priors"], wishes)
+    if arguments["view_angle"] is not None or arguments["view_angle_sd"] is not None:
+        view = checked_view(arguments["view_angle"], arguments["view_angle_sd"])
+        priors_of_view(view, priors, wishes, None)
+    if arguments["axis_px"] is not None or arguments["axis_px_sd"] is not None:
+        checked_axis(arguments["axis_px"], arguments["axis_px_sd"], priors)
+    return view
 
 
 def _checked(arguments: dict) -> Quantities:
     """What is given. Raises ValueError for what `fit` would not take."""
     if (view := arguments["view"]) is not None:
         require_choice("view", view, ("reflected", "transmitted"))
-    checked_parts(arguments["parts"])
     checked_fixed(arguments["fixed"])
     checked_start(arguments["start"])
     checked_plate(arguments["plate_radius"], arguments["plate_radius_sd"])
@@ -85,10 +108,13 @@ def _checked(arguments: dict) -> Quantities:
     return quantities(values, {name: arguments[f"{name}_sd"] for name in EXPONENTS}, free)
 
 
-def _rows(frames: Iterator, arguments: dict, known_quantities: Quantities) -> Iterator[FrameFit]:
+def _rows(
+    frames: Iterator, arguments: dict, known_quantities: Quantities, view_known: View | None
+) -> Iterator[FrameFit]:
     track: Track | None = None
     half = 0.5 if (arguments["view"] or "reflected") == "reflected" else 0.0
-    scale = FrameScale(known_quantities, half, arguments["plate_radius"], (arguments["fixed"] or {}).get("gap"))
+    gap = (arguments["fixed"] or {}).get("gap")
+    scale = FrameScale(known_quantities, half, arguments["plate_radius"], gap, view=view_known)
     for number, frame in enumerate(frames):
         if isinstance(frame, ValueError):
             yield FrameFit(number, "refused", Reason.FRAME_UNUSABLE(error=str(frame)))

@@ -93,7 +93,7 @@ def task_of(arguments: dict[str, Any]) -> Task:
     has_view = arguments["view_angle"] is not None or arguments["view_angle_sd"] is not None
     view_angle = checked_view(arguments["view_angle"], arguments["view_angle_sd"]) if has_view else None
     if view_angle is not None:
-        priors |= _priors_of_view(view_angle, priors, wishes, scene)
+        priors |= priors_of_view(view_angle, priors, wishes, scene)
     has_axis = arguments["axis_px"] is not None or arguments["axis_px_sd"] is not None
     axis = checked_axis(arguments["axis_px"], arguments["axis_px_sd"], priors) if has_axis else None
     photograph = read_photograph(
@@ -124,7 +124,7 @@ def task_of(arguments: dict[str, Any]) -> Task:
     )  # fmt: skip
 
 
-def _priors_of_view(view: View, priors: Mapping, wishes: Mapping[str, bool], scene: Scene | None) -> dict:
+def priors_of_view(view: View, priors: Mapping, wishes: Mapping[str, bool], scene: Scene | None) -> dict:
     """Priors of the rings' stretch. Raises ValueError where something else says it."""
     if scene is not None:
         raise ValueError("a scene has its own view: turn its faces (lens_tilt), and leave view_angle out")

@@ -2,6 +2,18 @@
 
 from fitting.shell import lamps, quantities
 
+# Numbers that are lengths, among those that a chain takes priors of.
+_LENGTHS = ("radius", "wavelength", "pixel_size", "contact_radius")
+# Those that a chain draws, and a fit takes no prior of.
+OF_CHAIN = (
+    *_LENGTHS,
+    "gap_index",
+    "fringe_scale_per_px2",
+    "centre_x_px",
+    "centre_y_px",
+    "contact_radius_px",
+    "gap_turns",
+)
 _EXAMPLES = {"--vary": "400nm:700nm", "--sd": "0.1nm", "--choose": "532nm,589.3nm"}
 
 
@@ -59,7 +71,11 @@ def priors(texts: list[str]) -> dict[str, tuple[float, float | str]]:
         if name in stated:
             raise ValueError(f"--prior names {name} twice; give it once")
         try:
-            stated[name] = quantities.number(value), quantities.number_sd(sd)
+            is_length = name in _LENGTHS
+            read, read_sd = (
+                (quantities.length, quantities.length_sd) if is_length else (quantities.number, quantities.number_sd)
+            )
+            stated[name] = read(value), read_sd(sd)
         except ValueError as error:
             raise ValueError(f"--prior {text!r}: {error}") from None
     return stated

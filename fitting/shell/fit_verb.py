@@ -52,6 +52,13 @@ class FitOptions(NamedTuple):
     view_angle_sd: float | str | None = None
     light: str | None = None
     channel: str | None = None
+    steps: int | None = None
+
+    @property
+    def of_chain(self) -> dict[str, Any]:
+        """What `fitting.sample` is told."""
+        priors = {name: prior for name, prior in self.prior.items() if name in assignments.OF_CHAIN}
+        return ({"priors": priors} if priors else {}) | ({} if self.steps is None else {"steps": self.steps})
 
     @property
     def lamp(self) -> str | None:
@@ -81,7 +88,7 @@ def run(photo: Path, options: FitOptions, outputs: Outputs) -> int:
         advice = _scale_advice(photo, options) if result.status == "no-scale" else ""
         return outputs.write(result, measured, Extras(text=advice, files=partial(ring_tables, result)))
     picture = outputs.keep(result)
-    chain = _chain(result, outputs)
+    chain = _chain(result, outputs, options.of_chain)
     outputs = outputs._replace(force=True)  # of what is there now the files of this run are replaced
     # The draws are in the chain's own file.
     posterior = {key: value for key, value in chain.to_dict().items() if key not in ("draws", "log_prob")}
@@ -89,7 +96,7 @@ def run(photo: Path, options: FitOptions, outputs: Outputs) -> int:
     return outputs.write(result, measured, extras, picture)
 
 
-def _chain(result, outputs: Outputs):
+def _chain(result, outputs: Outputs, settings: Mapping[str, Any]):
     """Draws from the posterior; in a folder every step is kept, and a chain that was broken off goes on.
 
     With --force that of another fit is put beside: it may have taken hours.
@@ -100,14 +107,14 @@ def _chain(result, outputs: Outputs):
     if file is not None:
         stopping.keep(file, "the same command with --force goes on with it", WRITING)
     try:
-        return fitting.sample(result, path=file, progress=True)
+        return fitting.sample(result, path=file, progress=True, **settings)
     except OtherChainError:
         if file is None or not outputs.force:
             raise
         beside = next(path for n in count(1) if not (path := file.with_name(f"chain-{n}.h5")).exists())
         file.rename(beside)
         print(f"newtonjax: the draws of another fit are kept in {beside}", file=sys.stderr)
-        return fitting.sample(result, path=file, progress=True)
+        return fitting.sample(result, path=file, progress=True, **settings)
 
 
 def _files(result, chain) -> dict[str, bytes | str]:
@@ -187,6 +194,9 @@ def check_options(options: FitOptions) -> None:
     check_files({options.scene: "scene", options.mask: "mask", options.scale_from: "scale's JSON"})
     if options.scale_from is not None and options.pixel_size is not None:
         raise ValueError("--scale-from and --pixel-size both give the pixel size; leave one out")
+    if not options.mcmc and (settings := options.of_chain):
+        option = "--steps" if "steps" in settings else f"--prior {next(iter(settings['priors']))}"
+        raise ValueError(f"{option} is of a chain; add --mcmc, or leave it out")
     if options.light is not None and options.wavelength is not None:
         raise ValueError("--light and --wavelength both say what the light is; leave one out")
 
@@ -238,7 +248,8 @@ def _of_model(options: FitOptions) -> dict[str, Any]:
     arguments: dict[str, Any] = {"axis_px": options.axis, "axis_px_sd": options.axis_sd}
     arguments |= {"view_angle": options.view_angle, "view_angle_sd": options.view_angle_sd}
     named = {name: value for name, value in arguments.items() if value is not None}
-    return named | ({"priors": dict(options.prior)} if options.prior else {})
+    priors = {name: prior for name, prior in options.prior.items() if name not in options.of_chain.get("priors", {})}
+    return named | ({"priors": priors} if priors else {})
 
 
 def _comparison(result, truth: float) -> str:

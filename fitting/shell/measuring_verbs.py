@@ -60,6 +60,9 @@ def fit(
     light: Light = None,
     channel: Channel = None,
     mcmc: Annotated[bool, typer.Option("--mcmc", help="Also draw from the posterior (emcee).")] = False,
+    steps: Annotated[
+        int | None, typer.Option(min=8, metavar="STEPS", help="Of each walker, with --mcmc.", show_default="2000")
+    ] = None,
     json: Json = None,
     output_dir: OutputDir = None,
     force: Force = False,
@@ -76,7 +79,7 @@ def fit(
 
     options = fit_verb.FitOptions(
         wavelength, pixel_size, wavelength_sd, pixel_size_sd, radius, view, scene, transfer, scale_from,
-        mask=mask, mcmc=mcmc, plate_radius=plate_radius, plate_radius_sd=plate_radius_sd, page=page,
+        mask=mask, mcmc=mcmc, steps=steps, plate_radius=plate_radius, plate_radius_sd=plate_radius_sd, page=page,
         radius_sd=radius_sd, light=light, channel=channel, **fit_verb.model_of(model),
     )  # fmt: skip
     return fit_verb.run(photo, options, Outputs(json, output_dir, force))

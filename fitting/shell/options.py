@@ -200,7 +200,8 @@ MODEL_OPTIONS = {
         list[str] | None,
         typer.Option(
             metavar="NAME=VALUE:SD",
-            help="What is known of a number of a part, such as distortion=0:0.02; may be repeated.",
+            help="What is known of a number of a part, such as distortion=0:0.02, or with --mcmc of any that is drawn, "
+            "such as radius=1m:2cm; may be repeated.",
             show_default="those that the report prints",
         ),
     ],

@@ -7,7 +7,7 @@ import pytest
 from rings_data import WAVELENGTH
 
 import fitting
-from fitting.shell import assignments
+from fitting.shell import assignments, fit_verb
 
 GIVEN = {"wavelength": WAVELENGTH, "pixel_size": 2e-5, "view": "reflected"}
 SHAPE, ORDERS, KAPPA = (300, 400), 14.0, -0.08
@@ -115,6 +115,10 @@ def test_the_shell_reads_priors_and_places():
         "distortion": (-0.01, 0.02),
         "axis_x": (0.1, "10%"),
     }
+    assert assignments.priors(["radius=1m:2cm pixel-size=5um:0.1%"]) == {
+        "radius": (1.0, 0.02),
+        "pixel_size": (pytest.approx(5e-6), "0.1%"),
+    }
     assert assignments.place("640,480.5") == (640.0, 480.5)
     for text in ("distortion", "distortion=1", "=1:2", "distortion=a:1", "distortion=1:-1"):
         with pytest.raises(ValueError, match=r"give|number"):
@@ -123,6 +127,16 @@ def test_the_shell_reads_priors_and_places():
         assignments.priors(["distortion=0:1", "distortion=0:2"])
     with pytest.raises(ValueError, match="give X,Y"):
         assignments.place("640")
+
+
+def test_the_shell_gives_a_chain_the_priors_of_what_it_draws():
+    prior = {"radius": (1.0, 0.02), "distortion": (0.0, 0.02)}
+    options = fit_verb.FitOptions(prior=prior, steps=500, mcmc=True)
+    assert options.of_chain == {"priors": {"radius": (1.0, 0.02)}, "steps": 500}
+    assert fit_verb.arguments_of(options)["priors"] == {"distortion": (0.0, 0.02)}
+    for alone, words in ((options._replace(steps=None), "--prior radius"), (options, "--steps")):
+        with pytest.raises(ValueError, match=f"{words} is of a chain; add --mcmc"):
+            fit_verb.check_options(alone._replace(mcmc=False))
 
 
 def test_a_prior_that_the_image_contradicts_is_a_finding_with_a_row(plain):

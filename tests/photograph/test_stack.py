@@ -241,6 +241,10 @@ def test_a_video_without_a_reader_is_refused_in_one_line(tmp_path):
         ([], {"parts": {"ghost": True}}, "ghost"),
         ([], {"radius": 1.0}, "nothing is left to measure"),
         ([], {"fixed": {"radius": 1.0}}, "fixed is"),
+        ([], {"priors": {"radius": (1.0, 0.1)}}, "'radius' has no prior"),
+        ([], {"axis_px_sd": 3.0}, "without axis_px"),
+        ([], {"view_angle": 0.1, "parts": {"oblique_view": False}}, "view_angle is that of oblique_view"),
+        ([], {"view_angle": 0.1, "priors": {"stretch": (0.0, 0.1)}}, "both say how the rings are stretched"),
     ],
 )
 def test_arguments_that_cannot_be_used_are_refused_before_any_frame(frames, given, message):
@@ -275,3 +279,24 @@ def test_without_a_scale_a_distorted_view_has_the_scale_of_the_mean_of_the_field
     alone = fitting.fit(frames[-1], **given)
     assert abs(row.fringe_scale_per_px2 - alone.fringe_scale_per_px2) < 0.1 * alone.fringe_scale_sd
     assert row.fringe_scale_sd == pytest.approx(alone.fringe_scale_sd, rel=0.25)
+
+
+@pytest.mark.parametrize(
+    ("known", "told"),
+    [
+        ({"priors": {"distortion": (0.0, 1e-3)}}, "distortion"),
+        ({"priors": {"distortion": (0.0, 1e-3)}, "axis_px": (70.0, 60.0)}, "axis_x"),
+        ({"view_angle": 0.0}, "stretch"),
+        ({"view_angle": 0.2, "view_angle_sd": 0.02}, "stretch"),
+    ],
+)
+def test_what_is_known_of_parts_axis_and_view_is_in_a_row_as_in_a_fit(known, told):
+    frames = [rings(seed=k) for k in range(3)]
+    row = list(fitting.fit_stack(frames, **GIVEN, **known))[-1]
+    alone = fitting.fit(frames[-1], **GIVEN, **known)
+    assert alone.priors[told]["source"] == "user"
+    assert abs(row.radius - alone.radius) < 0.3 * alone.radius_sd
+    assert row.radius_sd == pytest.approx(alone.radius_sd, rel=0.3)
+    for name in {"radius_along", "radius_across"} & set(alone.parameters):
+        assert row.parameters[name].value == pytest.approx(alone.parameters[name].value, abs=row.parameters[name].sd)
+    assert ("radius_along" in row.parameters) == ("view_angle" in known)
