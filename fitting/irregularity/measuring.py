@@ -73,7 +73,7 @@ def form(
       reference_radius: of the surface against which it is seen, positive where it is hollow [m]; a plane unless given.
       pupil: column, row and radius of the aperture [px], from the middle of the first pixel; else it is looked for.
       pupil_sd: standard deviation of its rim [px]; the scatter of its edge where it is looked for, else 0.
-      terms: how many are reported: 3, 6, 10, 15, 21, 28 or 36; by the picture's evidence unless given.
+      terms: how many are reported: 6, 10, 15, 21, 28 or 36; by the picture's evidence unless given.
       sign: the number of a term that is positive, or minus that of one that is negative, which decides the sign of all;
         4 for a lens that is more convex than its reference fits. One picture does not tell it.
       distortion_sd: standard deviation of the camera's radial distortion at the pupil's rim, as a share.

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.irregularity.result import Lengths
-from fitting.irregularity.zernike import ORDERS, TERMS
+from fitting.irregularity.zernike import REPORTED, TERMS
 from fitting.parameters import number
 from fitting.reasons import Reason
 from newtonjax.numerics import shown
@@ -39,8 +39,8 @@ class Request(NamedTuple):
         for name, value, most in (("pupil_sd", self.pupil_sd, np.inf), ("distortion_sd", self.distortion_sd, 0.3)):
             if value is not None and not 0 <= number(name, value) <= most:
                 raise ValueError(f"{name} is {value}; allowed: 0 to {most:g}")
-        if self.terms is not None and self.terms not in ORDERS:
-            raise ValueError(f"terms is {self.terms}; allowed: {', '.join(map(str, ORDERS))}")
+        if self.terms is not None and self.terms not in REPORTED:
+            raise ValueError(f"terms is {self.terms}; allowed: {', '.join(map(str, REPORTED))}")
         if self.sign is not None and not 2 <= abs(self.sign) <= TERMS:
             raise ValueError(f"sign is {self.sign}; allowed: the number of a term, 2 to {TERMS}, or minus that")
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fitting.irregularity.tiles import Tiles
-from fitting.irregularity.zernike import ORDERS, TERMS, at_points, slopes
+from fitting.irregularity.zernike import REPORTED, TERMS, at_points, slopes
 
 _FIRST = 6
 _ROUNDS = 6
@@ -99,7 +99,7 @@ def _all_terms(signs: np.ndarray, rise: np.ndarray, slope: np.ndarray, weights: 
     terms = rise.shape[1] + 1
     residual = np.full(len(weights), 0.3)
     p = np.zeros(terms - 1)
-    for order in (count for count in ORDERS[1:] if count <= terms):
+    for order in (count for count in REPORTED if count <= terms):
         ridge = _ridge(order) * weights.sum()
         for _ in range(2):
             robust = weights / np.maximum(residual, 0.1)

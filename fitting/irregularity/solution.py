@@ -11,7 +11,7 @@ from fitting.irregularity.disc import EDGE, Disc, Pupil, disc_of
 from fitting.irregularity.projection import FormFit, fit_form
 from fitting.irregularity.residuals import residual_of
 from fitting.irregularity.search import Search
-from fitting.irregularity.zernike import ORDERS
+from fitting.irregularity.zernike import ORDERS, REPORTED
 
 # The share of the radius within which light is used for the row of the edge.
 _NARROWER = 0.9
@@ -104,7 +104,7 @@ def by_evidence(p: np.ndarray, covariance: np.ndarray, count: float) -> int:
     """
     penalty = np.log(max(count, 2.0))
     best, least = len(p), 0.0
-    for order in (order for order in ORDERS if order < len(p)):
+    for order in (order for order in REPORTED if order < len(p)):
         dropped = p[order:]
         weight = float(dropped @ np.linalg.lstsq(covariance[order:, order:], dropped, rcond=None)[0])
         criterion = weight - len(dropped) * penalty

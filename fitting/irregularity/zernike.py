@@ -13,6 +13,8 @@ from numpy.polynomial import chebyshev
 # Up to radial order 7, in whole orders.
 TERMS = 36
 ORDERS = (3, 6, 10, 15, 21, 28, 36)
+# Numbers of terms of an answer: power and astigmatism are always among them.
+REPORTED = ORDERS[1:]
 SIDE = 8
 
 

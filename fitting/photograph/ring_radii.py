@@ -12,6 +12,8 @@ from fitting.parameters import EXPONENTS, NUMBERS, Numbers, Quantities, block_of
 
 KINDS = ("dark", "bright")
 # Numbers that change the phase at one distance from the rings' centre; all others move pixels, or mean to nothing.
+# Rows of blocks whose distances are computed at a time.
+_ROWS = 128
 _RADIAL = ("curvature", "phase", *PARTS["contact"].parameters, *PARTS["film"].parameters)
 # Points of r² between which the phase is all but straight, and Newton's steps from there.
 _POINTS, _STEPS = 4000, 3
@@ -118,10 +120,18 @@ def _turns_of_contact(fit: Fitted, contact_phase: float) -> float:
 def _used_squares(fit: Fitted) -> tuple[float, float]:
     """Least and largest r² of the blocks with light [px²]; 0 where the centre is among them."""
     grid, used = fit.reduced.grid, fit.left.weights > 0
-    r2 = _squares(fit, grid.x[None], grid.y[:, None])
-    nearest = np.unravel_index(r2.argmin(), r2.shape)
-    low, high = float(r2[used].min()), float(r2[used].max())
-    return (0.0 if used[nearest] and low <= 2 * grid.block**2 else low), high
+    lows, highs, nearest = [], [], (np.inf, False)
+    # By rows: distances of all blocks at once, with what they are computed of, take more memory than the fit itself.
+    for first in range(0, len(grid.y), _ROWS):
+        rows = slice(first, first + _ROWS)
+        r2 = _squares(fit, grid.x[None], grid.y[rows, None])
+        place = np.unravel_index(r2.argmin(), r2.shape)
+        nearest = min(nearest, (float(r2[place]), bool(used[rows][place])), key=lambda pair: pair[0])
+        of_used = r2[used[rows]]
+        lows += [float(of_used.min())] if of_used.size else []
+        highs += [float(of_used.max())] if of_used.size else []
+    is_inside = nearest[1] and min(lows) <= 2 * grid.block**2
+    return (0.0 if is_inside else min(lows)), max(highs)
 
 
 def _squares(fit: Fitted, x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -49,7 +49,7 @@ def form(
     pupil_sd: Annotated[float | None, typer.Option(help="Standard deviation of the aperture's rim, in pixels.")] = None,
     terms: Annotated[
         int | None,
-        typer.Option(help="Zernike terms to report: 3, 6, 10, 15, 21, 28 or 36.", show_default="by evidence"),
+        typer.Option(help="Zernike terms to report: 6, 10, 15, 21, 28 or 36.", show_default="by evidence"),
     ] = None,
     sign: Annotated[
         int | None,

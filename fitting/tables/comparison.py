@@ -48,9 +48,11 @@ def compare(results: Sequence[Any], of: str, *, names: Sequence[str] | None = No
     is_list = isinstance(results, Sequence) and all(isinstance(result, AbstractResult) for result in results)
     if not is_list or len(results) < 2:
         raise ValueError(f"results is {shown(results)}; give a list of two results of rings or fit, or more")
-    labels = list(names) if names is not None else [_name(result, k) for k, result in enumerate(results, 1)]
-    if len(labels) != len(results):
-        raise ValueError(f"{len(labels)} names are given for {len(results)} results; give one for each")
+    labels = [_name(result, k) for k, result in enumerate(results, 1)] if names is None else names
+    is_list = isinstance(labels, list | tuple) and all(isinstance(label, str) for label in labels)
+    if not is_list or len(labels) != len(results):
+        raise ValueError(f"names is {shown(names)}; allowed: a text for each of the {len(results)} results")
+    labels = list(labels)
     for (first, result), (second, another) in combinations(enumerate(results, 1), 2):
         if result == another:
             raise ValueError(f"results {first} and {second} are one, {labels[first - 1]}; give different ones")

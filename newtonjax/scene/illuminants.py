@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from newtonjax.numerics import Scalar, namespace, require, shown
+from newtonjax.numerics import Scalar, namespace, require_one, shown
 from newtonjax.scene.spectrum import Spectrum, sampled_spectrum
 
 # Second radiation constant [m K] (exact in the SI of 2019), and that of illuminant A's definition.
@@ -26,7 +26,7 @@ def black_body(temperature: Scalar) -> Spectrum:
 
     Raises ValueError for one that is not 500 K to 100 000 K.
     """
-    require("temperature", temperature, _KELVINS, lambda t: (t >= 500) & (t <= 1e5))
+    require_one("temperature", temperature, _KELVINS, lambda t: (t >= 500) & (t <= 1e5))
     return _planck(temperature, _C2)
 
 
@@ -56,7 +56,7 @@ def illuminant(name: str) -> Spectrum:
 
 def daylight(temperature: Scalar) -> Spectrum:
     """A phase of daylight of a correlated colour temperature of 4000 K to 25 000 K (CIE 015:2018, section 4.1.2)."""
-    require("temperature", temperature, "4000 to 25 000 (in kelvin)", lambda t: (t >= 4000) & (t <= 25000))
+    require_one("temperature", temperature, "4000 to 25 000 (in kelvin)", lambda t: (t >= 4000) & (t <= 25000))
     xp, t = namespace(temperature), 1e3 / temperature
     warm = 0.244063 + 0.09911 * t + 2.9678 * t**2 - 4.6070 * t**3
     cold = 0.237040 + 0.24748 * t + 1.9018 * t**2 - 2.0064 * t**3
