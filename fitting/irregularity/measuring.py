@@ -85,7 +85,7 @@ def form(
 
     """
     lengths = _lengths(wavelength, wavelength_sd, pixel_size, pixel_size_sd, reference_radius)
-    request = Request(lengths, pupil, pupil_sd, _whole("terms", terms), _whole("sign", sign), distortion_sd)
+    request = Request(lengths, pupil, pupil_sd, _whole("terms", terms), _whole("sign", sign), distortion_sd or 0.0)
     request.check()
     if isinstance(image, list | tuple):
         if page is not None:

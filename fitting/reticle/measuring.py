@@ -116,7 +116,7 @@ def of_points(points: Sequence[Sequence[float]], distance: float, distance_sd: f
     """The scale of two places in a picture. Raises ValueError for places that are none."""
     try:
         places = np.asarray(points, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         places = np.empty(0)
     if places.shape != (2, 2) or not np.all(np.isfinite(places)):
         raise ValueError(f"points is {shown(points)}; give two places (x, y) in pixels")

@@ -49,7 +49,7 @@ def _layer(part: str, text: str, wavelength: Scalar) -> tuple[Scalar, Scalar, fl
     name, colon, thickness = (word.strip() for word in part.partition(":"))
     number, length = _INDEX.fullmatch(name), _LENGTH.fullmatch(thickness)
     if not (colon and length and (number or name[:1].isalpha())):
-        raise ValueError(f"coating {text!r}: {part.strip()!r} is no layer; allowed: {GRAMMAR}")
+        raise ValueError(f"coating {shown(text)}: {shown(part.strip())} is no layer; allowed: {GRAMMAR}")
     metres = float(length[1]) * _METRES.get(length[2], 1e-6)
     if number is None:
         return metres, refractive_index(name, wavelength), 0.0

@@ -15,6 +15,7 @@ from newtonjax.numerics import (
     require,
     require_choice,
     require_number,
+    shown,
 )
 
 _SHAPES = ("disc", "square")
@@ -25,7 +26,12 @@ _MOST, TRACED = 64, 8
 
 
 def _table(values) -> Any:
-    return np.asarray(values, dtype=float) if isinstance(values, list | tuple) else values
+    if not isinstance(values, list | tuple):
+        return values
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"radiances is {shown(values)}; allowed: {_RADIANCES}") from None
 
 
 class Extent(eqx.Module):

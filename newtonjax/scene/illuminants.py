@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from newtonjax.numerics import Scalar, namespace, require_one, shown
+from newtonjax.numerics import Scalar, namespace, require, require_one, shown
 from newtonjax.scene.spectrum import Spectrum, sampled_spectrum
 
 # Second radiation constant [m K] (exact in the SI of 2019), and that of illuminant A's definition.
@@ -50,7 +50,7 @@ def illuminant(name: str) -> Spectrum:
     if name.upper() == "E":
         return white()
     if name.upper() not in ("D50", "D55", "D65", "D75"):
-        raise ValueError(f"illuminant {name!r}; allowed: A, E, D50, D55, D65 or D75")
+        raise ValueError(f"illuminant {shown(name)}; allowed: A, E, D50, D55, D65 or D75")
     return daylight(100.0 * int(name[1:]) * _C2 / 1.438e-2)
 
 

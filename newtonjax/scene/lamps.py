@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from newtonjax.numerics import Scalar, is_concrete, shown
+from newtonjax.numerics import Scalar, is_concrete, require_one, shown
 from newtonjax.scene.illuminants import black_body, illuminant, led, white
 from newtonjax.scene.lamp_lines import LAMPS, LINES, in_vacuum, nearest_names
+from newtonjax.scene.limits import INDEX
 from newtonjax.scene.spectra_files import read_spectrum
 from newtonjax.scene.spectrum import Spectrum, spectral_line
 
@@ -52,13 +53,14 @@ def lamp(text: str, ambient_index: Scalar = 1.0) -> Spectrum:
         return _white(after)
     if kind == "led":
         return led(*_centre_and_width(after, text))
+    require_one("ambient_index", ambient_index, INDEX.words, INDEX.holds)
     in_air = not (is_concrete(ambient_index) and ambient_index > 1.0001)
     if kind in LAMPS:
         wavelengths, strengths = zip(*LAMPS[kind], strict=True)
         return _lines(kind, _metres(wavelengths, in_air), strengths, after, text)
     if kind in LINES and not after:
         return spectral_line(_metres([LINES[kind]], in_air)[0])
-    raise ValueError(f"light {text!r} is not known; nearest: {nearest_names(kind)}; allowed: {GRAMMAR}")
+    raise ValueError(f"light {shown(text)} is not known; nearest: {nearest_names(kind)}; allowed: {GRAMMAR}")
 
 
 def _parted(text: str) -> tuple[str, str, str]:

@@ -7,7 +7,7 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Complex, Float
 
-from newtonjax.numerics import Scalar, as_complex, as_vector, is_concrete, namespace, require
+from newtonjax.numerics import Scalar, as_complex, as_vector, is_concrete, namespace, require, require_choice
 from newtonjax.scene.limits import WAVELENGTH
 
 _SHAPES = ("gaussian", "lorentzian", "triangle")
@@ -44,6 +44,7 @@ class Spectrum(eqx.Module):
         sizes = {np.shape(self.wavelengths), np.shape(self.weights)}
         for name in _SHAPES:
             if (width := getattr(self, name)) is not None:
+                require(name, width, _WIDTHS, lambda w: w >= 0)
                 sizes.add(np.shape(width))
                 if is_concrete(width, self.wavelengths) and sizes == {np.shape(self.wavelengths)}:
                     require(name, width, _WIDTHS, lambda w: (w >= 0) & (w < np.asarray(self.wavelengths)))
@@ -159,8 +160,7 @@ def spectral_line(
 
     Raises ValueError for another shape, and where both a width and a coherence length are given.
     """
-    if shape not in ("gaussian", "lorentzian"):
-        raise ValueError(f"shape is {shape!r}; allowed: 'gaussian' or 'lorentzian'")
+    require_choice("shape", shape, ("gaussian", "lorentzian"))
     if width is not None and coherence_length is not None:
         raise ValueError("width and coherence_length of one line; give one of them")
     if coherence_length is not None:
@@ -183,6 +183,8 @@ def sampled_spectrum(wavelengths: Float[Any, " samples"], powers: Float[Any, " s
     steps = xp.diff(at)
     edges = xp.concatenate([steps[:1], steps, steps[-1:]])
     widths = (edges[1:] + edges[:-1]) / 2
+    samples = f"a number for each of the {len(widths)} wavelengths"
+    require("powers", powers, samples, lambda values: np.shape(values) == np.shape(widths))
     return Spectrum(at, as_vector(powers) * widths, triangle=widths)
 
 

@@ -215,6 +215,27 @@ def test_so_it_is_by_studies_and_stacks(call):
     take_or_refuse(*call)
 
 
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: nj.lamp("a" * 5000), "light 'aaa"),
+        (lambda: nj.lamp("sodium", None), "ambient_index is None; allowed: 0.1 to 10"),
+        (lambda: nj.coating("a" * 5000), "is no layer; allowed: "),
+        (lambda: nj.illuminant("a" * 5000), "allowed: A, E"),
+        (lambda: nj.black_body([]), r"temperature is \[\]; allowed: "),
+        (lambda: nj.spectral_line(5e-7, shape=np.ma.masked_array([])), "shape is masked_array"),
+        (lambda: nj.sampled_spectrum([4e-7, 5e-7], {}), "powers is {}; allowed: a number for each of the 2"),
+        (lambda: nj.Extent(0.01, "square", radiances=[[1, 2], [3]]), "radiances is "),
+        (lambda: nj.Spectrum([4e-7], [1.0], lorentzian=[{}, np.ones((2, 3))]), "lorentzian is "),
+        (lambda: fitting.scale(points=10**400, distance=1e-3), "points is a huge integer"),
+    ],
+)
+def test_light_and_points_are_refused_in_one_line(call, words):
+    with pytest.raises(ValueError, match=words) as caught:
+        call()
+    assert is_on_purpose(caught.value)
+
+
 def test_a_camera_has_one_size_of_pixels():
     with pytest.raises(ValueError, match=r"pixel_size is array.*; allowed: a positive length in metres, one number"):
         nj.Camera((4, 4), np.array([1e-5, 2e-5]))

@@ -252,7 +252,7 @@ def test_straight_fringes_have_power_and_astigmatism_with_deviations():
     result = fitting.form(np.tile(0.5 + 0.3 * np.cos(2 * np.pi * x / 9), (80, 1)), pupil=(50.0, 40.0, 38.0), sign=4)
     assert (result.status, len(result.coefficients)) == ("ok", 6)
     assert np.shape(result.quadratic_covariance) == (3, 3)
-    assert "[[Result]]" in result.report()
+    assert "6 terms" in result.report()
 
 
 @pytest.mark.parametrize(

@@ -68,10 +68,11 @@ def test_what_cannot_be_compared_is_refused(results, words):
         fitting.compare(results, "radius")
 
 
+@pytest.mark.usefixtures("untyped")
 @pytest.mark.parametrize("names", [3.0, "ab", ["a"], [None, "b"]])
 def test_names_are_a_text_for_each_result(names):
     results = [fitting.rings(table(noise=0.003, seed=seed), wavelength=WAVELENGTH) for seed in (0, 1)]
-    with pytest.raises(ValueError, match="names is .*; allowed: a text for each of the 2 results"):
+    with pytest.raises(ValueError, match=r"names is .*; allowed: a text for each of the 2 results"):
         fitting.compare(results, "radius", names=names)
 
 
