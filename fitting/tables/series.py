@@ -17,6 +17,12 @@ _ALARM, _ALARM_COUNT = 0.005, 0.002
 _RINGS, _MOST = 3, 50
 # A series in diameters among radii has four times the slope, to this share and beyond so many standard deviations.
 _SHARE, _BEYOND = 0.1, 10.0
+# What the slope of a series in another size, or another unit, is multiplied by.
+_MIXED = (
+    (4.0, "diameters among radii"),
+    (0.25, "radii among diameters"),
+    *((100.0**power, "another unit among the sizes") for power in (-3, -2, -1, 1, 2, 3)),
+)
 
 
 @dataclass(frozen=True)
@@ -55,7 +61,7 @@ def are_counted_apart(sample: Sample, series: Series) -> bool:
 
 
 def mixed_sizes(sample: Sample, series: Series, column: str) -> Joined | None:
-    """That a series is in diameters among ones in radii, or in radii among diameters; None where none is.
+    """That a series is in diameters among ones in radii, in radii among diameters, or in another unit; None for none.
 
     `column`: what sizes were read from. Its word tells which of two series is mistaken.
     """
@@ -69,7 +75,7 @@ def mixed_sizes(sample: Sample, series: Series, column: str) -> Joined | None:
     # Of two series the one that is not what the column says is the odd one.
     usual = float(np.median(slopes)) if len(slopes) > 2 else float(slopes.min() if is_of_radii else slopes.max())
     texts = []
-    for factor, look in ((4.0, "diameters among radii"), (0.25, "radii among diameters")):
+    for factor, look in _MIXED:
         is_odd = np.abs(slopes / (factor * usual) - 1) < _SHARE
         is_odd &= np.abs(slopes - usual) > _BEYOND * sds
         odd = [name for name, is_mixed in zip(series.names, is_odd, strict=True) if is_mixed]

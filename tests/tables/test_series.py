@@ -52,3 +52,16 @@ def test_a_series_of_another_size_is_named(count, odd, column, words, by_column)
     name = "abcde"[odd] if by_column else str(odd + 1)
     assert result.status == "refused"
     assert result.message.startswith(f"series {name} {words}")
+
+
+@pytest.mark.parametrize(
+    ("factor", "ratio", "by_column"), [(1e3, "1.0e+06", True), (0.1, "0.010", True), (0.1, "0.010", False)]
+)
+def test_a_series_in_another_unit_is_named(factor, ratio, by_column):
+    order, number = np.tile(np.arange(1, 10), 3), np.repeat([1, 2, 3], 9)
+    columns = {"order": order, "diameter_mm": rings_of(order, noise=0.002) * np.where(number == 3, factor, 1.0)}
+    if by_column:
+        columns["series"] = number
+    result = fitting.rings(columns, wavelength=WAVELENGTH)
+    assert result.status == "refused"
+    assert result.message.startswith(f"series 3 is {ratio} times the others in r²: another unit among the sizes")
