@@ -2,23 +2,23 @@
 
 from fitting.estimate import pictures as pictures
 from fitting.estimate import robust as robust
+from fitting.estimate.block_phases import at_blocks as at_blocks
 from fitting.estimate.block_phases import frame_on as frame_on
 from fitting.estimate.block_phases import fringes_of as fringes_of
 from fitting.estimate.block_phases import moved_to as moved_to
+from fitting.estimate.edges import sharpened as sharpened
 from fitting.estimate.elimination import CONTRAST as CONTRAST
-from fitting.estimate.elimination import Normal as Normal
 from fitting.estimate.elimination import contrast_at_nodes as contrast_at_nodes
 from fitting.estimate.elimination import eliminate as eliminate
 from fitting.estimate.elimination import evaluate as evaluate
-from fitting.estimate.elimination import image_of as image_of
-from fitting.estimate.elimination import normal_equations as normal_equations
 from fitting.estimate.elimination import pseudo_inverse as pseudo_inverse
 from fitting.estimate.elimination import tilted as tilted
 from fitting.estimate.fringe_moments import Moments as Moments
 from fitting.estimate.fringe_moments import moments as moments
+from fitting.estimate.fringe_sums import Normal as Normal
 from fitting.estimate.fringe_sums import Residuals as Residuals
-from fitting.estimate.fringe_sums import at_blocks as at_blocks
-from fitting.estimate.fringe_sums import fused as fused
+from fitting.estimate.fringe_sums import image_of as image_of
+from fitting.estimate.fringe_sums import normal_equations as normal_equations
 from fitting.estimate.fringe_sums import sums as sums
 from fitting.estimate.illumination import FEW as FEW
 from fitting.estimate.illumination import Fitted as Fitted
@@ -26,7 +26,6 @@ from fitting.estimate.illumination import finely as finely
 from fitting.estimate.illumination import finest as finest
 from fitting.estimate.illumination import problem_of as problem_of
 from fitting.estimate.illumination import robust_fit as robust_fit
-from fitting.estimate.illumination import sharpened as sharpened
 from fitting.estimate.optimum import SHAPES as SHAPES
 from fitting.estimate.optimum import bends as bends
 from fitting.estimate.optimum import normal_matrix as normal_matrix
@@ -34,6 +33,7 @@ from fitting.estimate.optimum import score_drop as score_drop
 from fitting.estimate.robust import SIZES as SIZES
 from fitting.estimate.robust import correlation as correlation
 from fitting.estimate.robust import fringe_correlation as fringe_correlation
+from fitting.estimate.robust import fused as fused
 from fitting.estimate.robust import is_clean as is_clean
 from fitting.estimate.robust import residuals_of as residuals_of
 from fitting.estimate.robust import tukey as tukey

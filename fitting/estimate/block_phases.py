@@ -183,3 +183,8 @@ class BenchFringes(AbstractFringes):
 
 
 _FRINGES = {GapModel: GapFringes, SceneModel: BenchFringes}
+
+
+def at_blocks(grid: Grid, nodes: np.ndarray) -> np.ndarray:
+    """A field given at the nodes, at every block [rows, columns]."""
+    return grid.along_y[:, :NODES] @ table_of(nodes) @ grid.along_x[:, :NODES].T

@@ -6,14 +6,17 @@ with every block's own derivatives, its weights those of its own residual.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from fitting.estimate.elimination import CONTRAST, coefficients_of
-from fitting.estimate.fringe_sums import TUKEY, table_of
+from fitting.estimate import edges, robust
+from fitting.estimate.elimination import CONTRAST, coefficients_of, contrast_at_nodes
+from fitting.estimate.fringe_sums import TUKEY, normal_equations, sums, table_of
+from fitting.estimate.illumination import Fitted
 from fitting.estimate.optimum import NormalMatrix, active_mask
-from fitting.estimate.solver import Problem
+from fitting.estimate.solver import Problem, stay
 from fitting.model import BACKGROUND, degrees
 from fitting.parameters import NUMBERS
 from fitting.photo import NODES, Reduced
@@ -157,3 +160,20 @@ class _Blocks:
                 weights = weights * np.maximum(1 - share * share, 0) ** 2
             turned = np.float32(-2 * np.pi) * modulus * shade * np.sin(angle)
             yield _Chunk(turned, cosine, residual, weights, slopes, along_y, rows)
+
+
+def sharpened(found: Fitted) -> Fitted:
+    """The fit with its last steps made on the blocks themselves, where its phase has an edge."""
+    solution, reduced = found.solution, found.reduced
+    problem = solution.problem
+    if problem.phase.edges(found.numbers) is None:
+        return found
+    contrast = np.zeros(contrast_at_nodes().shape[1])
+    contrast[: len(solution.point.contrast)] = solution.point.contrast
+    start = (found.numbers, solution.point.background, contrast)
+    last = edges.refine(problem, reduced, *start, found.scale or 0.0, found.matrix)
+    weighted, at = replace(reduced, weights=found.left.weights), problem.phase.edges(last.numbers)
+    normal = normal_equations(sums(weighted, problem.phase.fields(last.numbers).phase, at))
+    solution = stay(problem, normal, last.numbers, solution.converged)
+    left = robust.residuals_of(solution, reduced, found.scale)
+    return replace(found, solution=solution, left=left, matrix=last.matrix)

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float64
 from numpy.polynomial.chebyshev import chebvander
 
-from fitting.estimate.fringe_sums import Image, Sums
+from fitting.estimate.fringe_sums import Normal
 from fitting.model import BACKGROUND, ENVELOPE, ENVELOPE_NODES, degrees
 from newtonjax.numerics import chebyshev
 
@@ -34,21 +34,6 @@ class Fields(NamedTuple):
     slopes: Float64[np.ndarray, "nodes free"]
     contrast: Float64[np.ndarray, " nodes"] | None = None
     contrast_slopes: Float64[np.ndarray, "nodes free"] | None = None
-
-
-class Normal(NamedTuple):
-    """Normal equations Σ w (…): of the envelope's coefficients, the background's, and both crossed.
-
-    Envelope: coefficients of T cos 2πφ0, then of -T sin 2πφ0, T up to total degree 16; background up to 6.
-    """
-
-    fringes: Float64[np.ndarray, "envelope envelope"]
-    smooth: Float64[np.ndarray, "low low"]
-    crossed: Float64[np.ndarray, "low envelope"]
-    of_fringes: Float64[np.ndarray, " envelope"]
-    of_smooth: Float64[np.ndarray, " low"]
-    square: float
-    reference: Float64[np.ndarray, " nodes"]
 
 
 class Eliminated(NamedTuple):
@@ -132,42 +117,6 @@ def _to_envelope(fields: np.ndarray) -> np.ndarray:
 @cache
 def _analysis() -> np.ndarray:
     return chebyshev.analysis(ENVELOPE + 1)
-
-
-@cache
-def _pairs(left: int, right: int) -> tuple[np.ndarray, np.ndarray]:
-    """Where the sums T_a T_b = (T_{a+b} + T_{|a-b|}) / 2 along x lie in a flat table of pairs in y [left, right]."""
-    (jl, il), (jr, ir) = degrees(left).T[:, :, None], degrees(right).T[:, None, :]
-    row = (jl * (right + 1) + jr) * (2 * ENVELOPE + 1)
-    return row + il + ir, row + abs(il - ir)
-
-
-def _gram(table: np.ndarray, left: int, right: int) -> np.ndarray:
-    # One axis after the other: pairs in y are far fewer than pairs of products.
-    jl, jr = np.arange(left + 1)[:, None], np.arange(right + 1)
-    flat = (table[jl + jr] + table[abs(jl - jr)]).ravel()
-    above, below = _pairs(left, right)
-    return (np.take(flat, above) + np.take(flat, below)) / 4
-
-
-def normal_equations(sums: Sums) -> Normal:
-    """Normal equations of an image's coefficients, from its moments."""
-    w, wc, ws, wc2, ws2, wd, wdc, wds = sums.table
-    low, high = degrees(BACKGROUND).T, degrees(ENVELOPE).T
-    flat, even, odd = (_gram(table, ENVELOPE, ENVELOPE) for table in (w, wc2, ws2))
-    count = len(flat)
-    fringes = np.empty((2 * count, 2 * count))
-    fringes[:count, :count], fringes[count:, count:] = (flat + even) / 2, (flat - even) / 2
-    fringes[:count, count:] = fringes[count:, :count] = -odd / 2
-    return Normal(
-        fringes,
-        _gram(w, BACKGROUND, BACKGROUND),
-        np.concatenate([_gram(wc, BACKGROUND, ENVELOPE), -_gram(ws, BACKGROUND, ENVELOPE)], axis=1),
-        np.concatenate([wdc[tuple(high)], -wds[tuple(high)]]),
-        wd[tuple(low)],
-        sums.square,
-        sums.reference,
-    )
 
 
 def eliminate(normal: Normal, degree: int) -> Eliminated:
@@ -256,12 +205,3 @@ def tilted(shapes: np.ndarray, ahead: np.ndarray) -> np.ndarray:
 def _quadratures(even: np.ndarray, odd: np.ndarray) -> np.ndarray:
     coefficients = _to_envelope(np.concatenate([even, odd], axis=1))
     return np.concatenate([coefficients[:, : even.shape[1]], coefficients[:, even.shape[1] :]])
-
-
-def image_of(background: np.ndarray, modulus: np.ndarray) -> Image:
-    """Tables of an image's coefficients, from its background's and the contrast at the nodes."""
-    low = degrees(BACKGROUND)
-    table = np.zeros((BACKGROUND + 1,) * 2)
-    table[tuple(low.T)] = background
-    matrix = _analysis()
-    return Image(table, matrix @ modulus.reshape(ENVELOPE + 1, -1) @ matrix.T)

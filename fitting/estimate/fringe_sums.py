@@ -1,4 +1,4 @@
-"""One pass over a reduced photograph: its fringe moments, and its residuals from a fit with Tukey's weights.
+"""One pass over a reduced photograph: its fringe moments and normal equations, or its residuals from a fit.
 
 The phase is reduced to one turn in float64; cosines, products and matrix products are float32; what is added up over
 rows is float64. That leaves 1e-7 of the sums. Background, contrast and phase come as tables of Chebyshev coefficients
@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Float64
 
+from fitting.model import BACKGROUND, ENVELOPE, degrees
 from fitting.photo import DEGREES, NODES, Grid, Reduced
 from newtonjax.numerics import chebyshev
 
@@ -63,11 +64,6 @@ def table_of(values: Float64[np.ndarray, " nodes"]) -> Float64[np.ndarray, "17 1
     return _ANALYSIS @ values.reshape(NODES, NODES) @ _ANALYSIS.T
 
 
-def at_blocks(grid: Grid, nodes: np.ndarray) -> np.ndarray:
-    """A field given at the nodes, at every block [rows, columns]."""
-    return grid.along_y[:, :NODES] @ table_of(nodes) @ grid.along_x[:, :NODES].T
-
-
 def fringe_count(reduced: Reduced, phase: np.ndarray) -> float:
     """Fringes across the used blocks, from the phase at the nodes [turns]."""
     grid, used = reduced.grid, reduced.used
@@ -83,7 +79,7 @@ def sums(reduced: Reduced, reference: Float64[np.ndarray, " nodes"], phase_at: P
 
     `phase_at`: the same phase of rows of blocks, where the nodes do not resolve it.
     """
-    return _Pass(reduced, reference, phase_at).sums()
+    return Pass(reduced, reference, phase_at).sums()
 
 
 def residuals(
@@ -94,24 +90,12 @@ def residuals(
     phase_at: PhaseAt | None = None,
 ) -> Residuals:
     """What a fit leaves over, without moments; `scale`: standard deviation for Tukey's weights, none without."""
-    work = _Pass(reduced, reference, phase_at, image, scale, wanted=False)
+    work = Pass(reduced, reference, phase_at, image, scale, wanted=False)
     work.sums()
     return work.residuals()
 
 
-def fused(
-    reduced: Reduced,
-    reference: Float64[np.ndarray, " nodes"],
-    image: Image,
-    scale: float | None,
-    phase_at: PhaseAt | None = None,
-) -> tuple[Sums, Residuals]:
-    """Both in one pass: residuals of a fit whose phase is the reference, and moments with Tukey's weights of them."""
-    work = _Pass(reduced, reference, phase_at, image, scale)
-    return work.sums(), work.residuals()
-
-
-class _Pass:
+class Pass:
     """What the chunks of one pass share."""
 
     def __init__(self, reduced: Reduced, reference, phase_at, image=None, scale=None, wanted: bool = True):
@@ -186,3 +170,62 @@ def _dot(one: np.ndarray, other: np.ndarray) -> float:
 @cache
 def _pool() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(2, thread_name_prefix="fringe-sums")
+
+
+class Normal(NamedTuple):
+    """Normal equations Σ w (…): of the envelope's coefficients, the background's, and both crossed.
+
+    Envelope: coefficients of T cos 2πφ0, then of -T sin 2πφ0, T up to total degree 16; background up to 6.
+    """
+
+    fringes: Float64[np.ndarray, "envelope envelope"]
+    smooth: Float64[np.ndarray, "low low"]
+    crossed: Float64[np.ndarray, "low envelope"]
+    of_fringes: Float64[np.ndarray, " envelope"]
+    of_smooth: Float64[np.ndarray, " low"]
+    square: float
+    reference: Float64[np.ndarray, " nodes"]
+
+
+@cache
+def _pairs(left: int, right: int) -> tuple[np.ndarray, np.ndarray]:
+    """Where the sums T_a T_b = (T_{a+b} + T_{|a-b|}) / 2 along x lie in a flat table of pairs in y [left, right]."""
+    (jl, il), (jr, ir) = degrees(left).T[:, :, None], degrees(right).T[:, None, :]
+    row = (jl * (right + 1) + jr) * (2 * ENVELOPE + 1)
+    return row + il + ir, row + abs(il - ir)
+
+
+def _gram(table: np.ndarray, left: int, right: int) -> np.ndarray:
+    # One axis after the other: pairs in y are far fewer than pairs of products.
+    jl, jr = np.arange(left + 1)[:, None], np.arange(right + 1)
+    flat = (table[jl + jr] + table[abs(jl - jr)]).ravel()
+    above, below = _pairs(left, right)
+    return (np.take(flat, above) + np.take(flat, below)) / 4
+
+
+def normal_equations(sums: Sums) -> Normal:
+    """Normal equations of an image's coefficients, from its moments."""
+    w, wc, ws, wc2, ws2, wd, wdc, wds = sums.table
+    low, high = degrees(BACKGROUND).T, degrees(ENVELOPE).T
+    flat, even, odd = (_gram(table, ENVELOPE, ENVELOPE) for table in (w, wc2, ws2))
+    count = len(flat)
+    fringes = np.empty((2 * count, 2 * count))
+    fringes[:count, :count], fringes[count:, count:] = (flat + even) / 2, (flat - even) / 2
+    fringes[:count, count:] = fringes[count:, :count] = -odd / 2
+    return Normal(
+        fringes,
+        _gram(w, BACKGROUND, BACKGROUND),
+        np.concatenate([_gram(wc, BACKGROUND, ENVELOPE), -_gram(ws, BACKGROUND, ENVELOPE)], axis=1),
+        np.concatenate([wdc[tuple(high)], -wds[tuple(high)]]),
+        wd[tuple(low)],
+        sums.square,
+        sums.reference,
+    )
+
+
+def image_of(background: np.ndarray, modulus: np.ndarray) -> Image:
+    """Tables of an image's coefficients, from its background's and the contrast at the nodes."""
+    low = degrees(BACKGROUND)
+    table = np.zeros((BACKGROUND + 1,) * 2)
+    table[tuple(low.T)] = background
+    return Image(table, table_of(modulus))

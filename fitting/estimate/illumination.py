@@ -5,10 +5,10 @@ from functools import cached_property
 
 import numpy as np
 
-from fitting.estimate import edges, robust
-from fitting.estimate.block_phases import fringes_of, moved_to
-from fitting.estimate.elimination import CONTRAST, contrast_at_nodes, eliminate, normal_equations
-from fitting.estimate.fringe_sums import Residuals, at_blocks, fringe_count, sums
+from fitting.estimate import robust
+from fitting.estimate.block_phases import at_blocks, fringes_of, moved_to
+from fitting.estimate.elimination import CONTRAST, eliminate
+from fitting.estimate.fringe_sums import Residuals, Sums, fringe_count, normal_equations, sums
 from fitting.estimate.optimum import NormalMatrix, choose_degrees, normal_matrix
 from fitting.estimate.solver import NO_PRIOR, Prior, Problem, Solution, solve, stay
 from fitting.model import BACKGROUND, GapModel, SceneModel, free_numbers
@@ -133,7 +133,9 @@ def robust_fit(
     right.
     """
     problem = problem_of(model, fixed, parts, prior=prior)
-    settled = _near_fit(problem, reduced, starts[0], is_near)
+    phase, edges = problem.phase.fields(starts[0]).phase, problem.phase.edges(starts[0])
+    is_near = is_near and fringe_count(reduced, phase) >= FEW
+    settled = _near_fit(problem, starts[0], reduced, sums(reduced, phase, edges)) if is_near else None
     solution, left, scale = settled or _robust_from(problem, reduced, starts)
     return Fitted(model, reduced, solution, left, scale, fixed, parts, normal_matrix(solution))
 
@@ -163,17 +165,17 @@ def _robust_from(
     return solution, left, scale
 
 
-def _near_fit(problem: Problem, reduced: Reduced, numbers: np.ndarray, is_near: bool) -> robust.Settled | None:
-    """The robust fit next to numbers by which outliers are told; None where they are none, or the fringes few."""
-    if not is_near:
-        return None
-    phase, settled = problem.phase.fields(numbers).phase, None
-    normal = normal_equations(sums(reduced, phase, problem.phase.edges(numbers)))
-    solution = stay(problem, normal, numbers)
+def _near_fit(problem: Problem, numbers: np.ndarray, reduced: Reduced, moments: Sums) -> robust.Settled | None:
+    """The robust fit next to numbers by which outliers are told; None where they are none.
+
+    `moments`: about the phase of these numbers.
+    """
+    settled = None
+    solution = stay(problem, normal_equations(moments), numbers)
     left = robust.residuals_of(solution, reduced, None)
     spread = robust.spread_of(left, reduced.used)
-    are_many, is_dark = fringe_count(reduced, phase) >= FEW, float(solution.point.modulus.mean()) >= 0
-    if are_many and is_dark and not robust.is_clean(left, reduced, spread):
+    is_dark = float(solution.point.modulus.mean()) >= 0
+    if is_dark and not robust.is_clean(left, reduced, spread):
         weighted = replace(reduced, weights=robust.tukey(left.value, reduced, spread))
         start = converge(problem, weighted, numbers)
         settled = robust.settle(start.problem, reduced, start, spread)
@@ -198,23 +200,6 @@ def finely(fit: Fitted, photograph: Photograph) -> Fitted:
     model = moved_to(fit.model, pixels.grid)
     again = robust_fit(model, pixels, [fit.numbers], fit.fixed, fit.parts, fit.solution.problem.prior, True)
     return again if again.converged or not fit.converged else fit
-
-
-def sharpened(found: Fitted) -> Fitted:
-    """The fit with its last steps made on the blocks themselves, where its phase has an edge."""
-    solution, reduced = found.solution, found.reduced
-    problem = solution.problem
-    if problem.phase.edges(found.numbers) is None:
-        return found
-    contrast = np.zeros(contrast_at_nodes().shape[1])
-    contrast[: len(solution.point.contrast)] = solution.point.contrast
-    start = (found.numbers, solution.point.background, contrast)
-    last = edges.refine(problem, reduced, *start, found.scale or 0.0, found.matrix)
-    weighted, at = replace(reduced, weights=found.left.weights), problem.phase.edges(last.numbers)
-    normal = normal_equations(sums(weighted, problem.phase.fields(last.numbers).phase, at))
-    solution = stay(problem, normal, last.numbers, solution.converged)
-    left = robust.residuals_of(solution, reduced, found.scale)
-    return replace(found, solution=solution, left=left, matrix=last.matrix)
 
 
 def _illuminated(problem: Problem, reduced: Reduced, starts: list[np.ndarray]) -> Solution:

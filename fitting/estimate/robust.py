@@ -7,9 +7,20 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float64
 
-from fitting.estimate.elimination import contrast_at_nodes, image_of, normal_equations
-from fitting.estimate.fringe_sums import TUKEY, Image, Residuals, fused, residuals
+from fitting.estimate.elimination import contrast_at_nodes
+from fitting.estimate.fringe_sums import (
+    TUKEY,
+    Image,
+    Pass,
+    PhaseAt,
+    Residuals,
+    Sums,
+    image_of,
+    normal_equations,
+    residuals,
+)
 from fitting.estimate.optimum import normal_matrix
 from fitting.estimate.solver import Problem, Solution, descend
 from fitting.model import BACKGROUND, degrees
@@ -211,3 +222,15 @@ def _blocks(summed: np.ndarray, grid: Grid, side: int, offset: tuple[int, int]) 
         inner = range((shift - first) % side or side, size - 1, side)
         edges.append(np.array([0, *inner, size - 1]))
     return np.diff(np.diff(summed[:, edges[0][:, None], edges[1]], axis=1), axis=2)
+
+
+def fused(
+    reduced: Reduced,
+    reference: Float64[np.ndarray, " nodes"],
+    image: Image,
+    scale: float | None,
+    phase_at: PhaseAt | None = None,
+) -> tuple[Sums, Residuals]:
+    """Both in one pass: residuals of a fit whose phase is the reference, and moments with Tukey's weights of them."""
+    work = Pass(reduced, reference, phase_at, image, scale)
+    return work.sums(), work.residuals()

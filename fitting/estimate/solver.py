@@ -19,16 +19,8 @@ import numpy as np
 from jaxtyping import Bool, Float64
 
 from fitting.estimate.block_phases import AbstractFringes
-from fitting.estimate.elimination import (
-    CONTRAST,
-    Fields,
-    Normal,
-    Point,
-    eliminate,
-    evaluate_model,
-    normal_equations,
-)
-from fitting.estimate.fringe_sums import sums
+from fitting.estimate.elimination import CONTRAST, Fields, Point, eliminate, evaluate_model
+from fitting.estimate.fringe_sums import Normal, normal_equations, sums
 from fitting.model import BACKGROUND
 from fitting.parameters import NUMBERS
 from fitting.photo import Reduced

@@ -28,6 +28,7 @@ from fitting.parameters.fringe_scale import checked_fixed as checked_fixed
 from fitting.parameters.fringe_scale import checked_plate as checked_plate
 from fitting.parameters.fringe_scale import checked_start as checked_start
 from fitting.parameters.fringe_scale import held_turns as held_turns
+from fitting.parameters.fringe_scale import lens_misfit as lens_misfit
 from fitting.parameters.fringe_scale import lensless as lensless
 from fitting.parameters.fringe_scale import number as number
 from fitting.parameters.fringe_scale import quantities as quantities

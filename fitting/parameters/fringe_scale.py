@@ -189,6 +189,17 @@ def lensless(plate: float, effective: float, reach: float) -> Statement | None:
     return None
 
 
+def lens_misfit(known: Quantities, scale: float, reach_px: float) -> Statement | None:
+    """Why no lens of these quantities has rings of a fringe scale [1/px²] that reach so far; None where one can."""
+    if known.unknown is None:
+        return None
+    values = known.values(scale)
+    reach = values["pixel_size"] * reach_px
+    if reach < values["radius"]:
+        return lensless(known.plate[0], values["radius"], reach) if known.plate else None
+    return Reason.LENS_SMALLER_THAN_FIELD(radius=values["radius"], reach=reach)
+
+
 def checked_plate(radius, sd) -> tuple[float, float] | None:
     """Radius and standard deviation of a curved test plate. Raises ValueError for what cannot be one."""
     if radius is not None:

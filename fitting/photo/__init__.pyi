@@ -2,6 +2,8 @@
 
 from fitting.photo.codes import thin as thin
 from fitting.photo.evidence import evidence_of as evidence_of
+from fitting.photo.evidence import median as median
+from fitting.photo.evidence import noise_variance as noise_variance
 from fitting.photo.frames import frames_of as frames_of
 from fitting.photo.masks import checked_mask as checked_mask
 from fitting.photo.matched_filter import Rings as Rings
@@ -25,8 +27,7 @@ from fitting.photo.start import follow as follow
 from fitting.photo.start import settled as settled
 from fitting.photo.view import box_of as box_of
 from fitting.photo.view import flatten as flatten
-from fitting.photo.view import median as median
-from fitting.photo.view import noise_variance as noise_variance
 from fitting.photo.view import pixels_of as pixels_of
 from fitting.photo.view import plane_wave as plane_wave
+from fitting.photo.view import resolving_view as resolving_view
 from fitting.photo.view import view_of as view_of

@@ -1,7 +1,7 @@
 """One channel of a photograph as its codes, the linear light that they stand for, and which of them are usable."""
 
 import functools
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -112,10 +112,6 @@ class Codes:
                 counts[start : start + step] = _sums(used.view(np.uint8), factor, np.uint16)
             sums[start : start + step] = _sums(light, factor, np.float32)
         return sums / np.maximum(counts, 1.0), counts / factor**2
-
-    def raised(self, exponent: float) -> "Codes":
-        """The same codes with their light raised to an exponent."""
-        return replace(self, curve=replace(self.curve, fitted=self.curve.fitted * exponent))
 
     def is_uniform(self, mask: np.ndarray) -> bool:
         """Whether all codes where a mask is True are one; a sample tells it of most photographs."""

@@ -5,12 +5,13 @@ from itertools import product
 
 import numpy as np
 
+from fitting.photo.evidence import noise_variance
 from fitting.photo.few_fringes import MANY, with_background
 from fitting.photo.matched_filter import Rings, from_coarsest, polish, settle
 from fitting.photo.reading import Photograph
 from fitting.photo.smoothing import block_means
 from fitting.photo.tiles import from_tiles
-from fitting.photo.view import View, box_of, noise_variance, orders_of, resolving_view, view_of
+from fitting.photo.view import View, box_of, orders_of, resolving_view, view_of
 
 # Rings that explain as much of the fringes' power need no second opinion; nor a finer look, if they are resolved.
 _GOOD, _ENOUGH = 0.3, 0.25

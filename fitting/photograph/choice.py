@@ -9,11 +9,10 @@ from fitting.estimate import Fitted, normal_matrix, problem_of, residuals_of, so
 from fitting.model import AXIS, PARTS, WARPS
 from fitting.parameters import slots_of
 from fitting.photo import Photograph
-from fitting.photograph.averaging import Averaging, Member
+from fitting.photograph.averaging import Averaging, Member, variance_of
 from fitting.photograph.priors import CUT
 from fitting.photograph.selection import Complete, with_parts, with_trial
 from fitting.photograph.trials import Trials, without
-from fitting.photograph.variance import variance_of
 
 # The axis of a picture that may be cut counts where it may move the phase by so much [turns].
 _AXIS_SEEN = 0.02

@@ -11,8 +11,8 @@ import numpy as np
 from fitting.estimate import Fitted, at_blocks, contrast_at_nodes
 from fitting.model import BACKGROUND, WARPS, degrees
 from fitting.parameters import NUMBERS, Numbers
+from fitting.photograph.averaging import variance_of
 from fitting.photograph.choice import Choice
-from fitting.photograph.variance import variance_of
 
 # Blocks to a side [px], sectors about the rings' centre, and zones of order; clusters that a sum needs.
 _SIDES, _SECTORS, _ZONES, _FEWEST = (16, 32, 64, 128, 256, 512), (12, 16, 20), (8, 10, 12), 8

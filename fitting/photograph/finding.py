@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from fitting.parameters import Quantities, lensless
-from fitting.photo import Photograph, Rings, evidence_of, find_rings, follow, pixels_of, view_of
+from fitting.parameters import lens_misfit
+from fitting.photo import Rings, evidence_of, find_rings, follow, pixels_of, resolving_view, view_of
 from fitting.photograph.second_look import rings_in_the_middle, rings_without_spots
 from fitting.photograph.task import Task
 from fitting.photograph.verdict import RefusedError
-from fitting.reasons import Reason
-from newtonjax.numerics import Statement
+
+# A match below this is chance, and says nothing of the lens.
+_LEAST_MATCH = 0.05
 
 
 def find(task: Task) -> tuple[Task, Rings]:
@@ -22,8 +23,11 @@ def find(task: Task) -> tuple[Task, Rings]:
     rings = follow(photograph, _given_rings(task)) if task.start else find_rings(photograph, coarse)
     # A bench may well make fringes of many beams, or slanted ones; and a person who gives a start has seen them.
     is_doubted = task.scene is None and not task.start
-    no_rings = evidence_of(photograph, rings, coarse).reason if is_doubted else None
-    if reason := _too_steep(photograph, rings, task.quantities):
+    view = resolving_view(photograph, rings, coarse) if is_doubted else coarse
+    no_rings = evidence_of(photograph, rings, view).reason if is_doubted else None
+    x, y = pixels_of(photograph.mask)
+    reach = float(np.hypot(x - rings.centre[0], y - rings.centre[1]).max())
+    if rings.match >= _LEAST_MATCH and (reason := lens_misfit(task.quantities, rings.scale, reach)):
         raise RefusedError(reason, photograph)
     if no_rings:
         clearer = rings_without_spots(photograph) or rings_in_the_middle(photograph)
@@ -40,15 +44,3 @@ def _given_rings(task: Task) -> Rings:
             raise ValueError("start holds a radius, which needs pixel_size and wavelength; give fringe_scale_per_px2")
         scale = values.get("gap_index", 1.0) * values["pixel_size"] ** 2 / (task.start["radius"] * values["wavelength"])
     return Rings(float(scale), task.start["centre_px"], 0.0, 0.0)
-
-
-def _too_steep(photograph: Photograph, rings: Rings, known: Quantities) -> Statement | None:
-    """That the given quantities make the lens smaller than the field it fills; None where they do not."""
-    if known.unknown is None or rings.match < 0.05:
-        return None
-    values = known.values(rings.scale)
-    x, y = pixels_of(photograph.mask)
-    reach = values["pixel_size"] * float(np.hypot(x - rings.centre[0], y - rings.centre[1]).max())
-    if reach < values["radius"]:
-        return lensless(known.plate[0], values["radius"], reach) if known.plate else None
-    return Reason.LENS_SMALLER_THAN_FIELD(radius=values["radius"], reach=reach)

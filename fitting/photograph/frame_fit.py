@@ -8,9 +8,9 @@ import numpy as np
 
 from fitting.estimate import Fitted
 from fitting.parameters import EXPONENTS, UNITS, Numbers, Parameter, Quantities, block_of
+from fitting.photograph.averaging import variance_of
 from fitting.photograph.meridians import View, meridians_of
 from fitting.photograph.result import FitResult
-from fitting.photograph.variance import variance_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,17 +26,16 @@ def image_rows(choice: Choice, variance: float, known: Quantities) -> tuple[np.n
     """
     fit, averaging = choice.found, choice.averaging
     numbers, present = Numbers(*fit.numbers), fit.parts
-    laws = [part.law(numbers, present) for part in LEAVING_OUT if part.name in present]
-    # What is averaged over is not left out.
-    averaged = numbers_of(max(averaging.members[0].sets, key=len)) if averaging is not None else ()
-    laws = [law for law in laws if law is not None and law.number not in averaged]
-    matrix = fit.matrix
+    matrix, averaged = fit.matrix, ()
     if averaging is None:
         covariance, rows = matrix.covariance(variance), _rows_of_parts(fit, variance)
     else:
         covariance = averaging.mean(variance, ratio=choice.ratio).covariance
         rows = _rows_of_average(averaging, variance, choice.ratio)
-    for law in laws:
+        averaged = numbers_of(max(averaging.members[0].sets, key=len))
+    laws = [part.law(numbers, present) for part in LEAVING_OUT if part.name in present]
+    # What is averaged over is not left out.
+    for law in (law for law in laws if law is not None and law.number not in averaged):
         size = min(law.size, _APART * matrix.deviation_if_free(law.number, variance))
         rows.append((law.row, abs(float(Numbers(*matrix.shift_by(law.number)).curvature)) * size))
     curvature = float(numbers.curvature)

@@ -39,11 +39,12 @@ def measured(
     `view`: where it is given, the radius of elliptic rings is that of the mean curvature.
     """
     model, frame, meridians = fit.model, fit.model.frame, _meridians(fit, covariance, view)
+    is_scaled = known.unknown is not None
+    relative_effects = {name: _effect(fit, known, name) for name, sd in known.sd.items() if sd and is_scaled}
     numbers = Numbers(*fit.numbers)
     offsets = (numbers.centre_x, numbers.centre_y)
     centre = tuple(float(m + c * frame.unit) for m, c in zip(frame.middle, offsets, strict=True))
     values, slope, gap, period = model.answer(known, numbers, contact_phase)
-    is_scaled = known.unknown is not None
     shown = shown_of(fit.parts, numbers, frame.unit * values.get("pixel_size", 1.0), is_scaled)
     relative_sd = {name: sd / known.given[name] for name, sd in known.sd.items()}
     units = {"curvature": slope, "centre_x": frame.unit, "centre_y": frame.unit, "phase": period}
@@ -78,7 +79,7 @@ def measured(
     if known.unknown is None or gap is None:
         missing = " and ".join(name for name in EXPONENTS if name not in known.given)
         return common | {"status": "no-scale", "message": Reason.NO_SCALE(missing=missing)}
-    effects = {n: _effect(fit, known, n) * values[known.unknown] / values[n] for n, sd in known.sd.items() if sd}
+    effects = {name: share * values[known.unknown] / values[name] for name, share in relative_effects.items()}
     # A gap of index 1 is taken for one of air, and not for a measured one.
     unstated = [
         name for name in known.given if name not in known.sd and (name, known.given[name]) != ("gap_index", 1.0)

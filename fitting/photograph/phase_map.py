@@ -1,12 +1,12 @@
 """Where fringes lie against a fit of them: an image demodulated by the fit's phase, and unwrapped."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from scipy import ndimage
 
-from fitting.estimate import Fitted, Problem, Solution
+from fitting.estimate import Fitted, Problem, Solution, at_blocks
 from fitting.model import gap_phase, numbers_of
 from fitting.parameters import NUMBERS, Numbers, slots_of
 from fitting.photo import Reduced, block_means
@@ -14,6 +14,9 @@ from fitting.photo import Reduced, block_means
 # A phase that misses the fringes by more than this (root mean square) [turns] is followed from block to block first;
 # that takes so many fringes, and so many blocks to a side.
 _ASTRAY, _MANY, _BLOCKS = 0.1, 20.0, 40
+# A step of a trial that promises a smaller drop of chi-squared [variances, correlation included] is its last one; on
+# the phase alone one that gains a smaller share of that is.
+TOLERANCE, _NEGLIGIBLE = 0.02, 0.1
 # Places to a side where only the nearest of many starts is looked for; steps while what is replaced is held, and after.
 _FEW_BLOCKS, _FOLLOWING, _STEPS = 20, 3, 8
 
@@ -39,6 +42,26 @@ def followed(fit: Fitted, parts: tuple[str, ...]) -> np.ndarray | None:
             return None
         trial[slots_of(names)] += np.linalg.lstsq(slope, ahead, rcond=1e-12)[0]
     return trial if np.isfinite(trial).all() else None
+
+
+def nearer_numbers(
+    solution: Solution, reduced: Reduced, starts: Sequence[Mapping[str, float]], variance: float
+) -> np.ndarray | None:
+    """Numbers of less cost that make the fringes' phase, from a trial's with some replaced; None for none.
+
+    They are looked for on the phase alone. `variance`: of the light per unit weight, correlation included.
+    """
+    problem, grid, numbers = solution.problem, reduced.grid, solution.numbers
+    # A traced bench is known at its nodes alone.
+    if problem.phase.exact is None:
+        return None
+    edges = problem.phase.edges(numbers)
+    phase = at_blocks(grid, solution.fields.phase) if edges is None else edges(grid, slice(None))
+    least = TOLERANCE * variance
+    target = Target(solution, reduced, phase, _NEGLIGIBLE * least)
+    reference, *alternatives = (target.nearest(problem, numbers, start) for start in ({}, *starts))
+    end = min(alternatives, key=lambda end: end.cost, default=reference)
+    return end.numbers if end.cost < reference.cost - least else None
 
 
 class End(NamedTuple):

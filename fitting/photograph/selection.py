@@ -4,7 +4,6 @@ No choice is made of warps of the map from image to object: they are averaged (`
 finds, stays where a criterion calls for it (`contact_search`).
 """
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,8 +14,8 @@ from fitting.estimate import (
     robust_fit,
 )
 from fitting.model import PARTS, SEARCHED, WARPS
-from fitting.photo import Photograph, reduce
-from fitting.photograph.averaging import Parts, sets_of, step_to_parts
+from fitting.photo import Photograph
+from fitting.photograph.averaging import Parts, sets_of, step_to_parts, variance_of
 from fitting.photograph.contact_search import (
     Rival,
     is_open,
@@ -29,7 +28,6 @@ from fitting.photograph.contact_search import (
 from fitting.photograph.priors import Priors
 from fitting.photograph.task import Task
 from fitting.photograph.trials import Trial, Trials, without
-from fitting.photograph.variance import variance_of
 from newtonjax.numerics import Statement
 
 # Share of the variance that no photograph leaves so little of: the rounding of 8 bits alone leaves ten times as much.
@@ -87,7 +85,12 @@ def complete(
     warps = tuple(part for part in WARPS if part in plain.model.parts and wishes.get(part, are_many))
     wishes |= {part: False for part in WARPS if part not in warps}
     searched = [part for part in SEARCHED if is_open(part, wishes, plain, photograph)]
-    evidence = screened(plain, wishes) if before is None else _searched_before(before, wishes)
+    if before is None:
+        evidence = screened(plain, wishes)
+    else:
+        # Those that were not there with the other curve are not looked for again.
+        absent = [part for part in SEARCHED if part not in before.fit.parts and not wishes.get(part)]
+        evidence = {part: before.evidence[part] for part in absent if part in before.evidence}
     searched = [part for part in searched if part not in evidence]
     sets = sets_of(warps, [part for part in warps if wishes.get(part)])
     step = step_to_parts(plain, priors, sets)
@@ -122,32 +125,9 @@ def _with_rival(complete: Complete, trials: Trials, rival: Rival) -> Complete:
     return complete._replace(evidence=complete.evidence | {part: words}, rival=(beside, rival.chance))
 
 
-def with_another_curve(before: Complete, photograph: Photograph) -> Complete | None:
-    """The same on a photograph whose codes follow the light by another curve; None where it needs a new search.
-
-    A contact may have come with the curve.
-    """
-    fit = before.fit
-    if not fit.converged or set(SEARCHED) & set(fit.parts) or before.rival is not None:
-        return None
-    reduced = reduce(photograph, fit.reduced.grid.block, dtype=fit.reduced.light.dtype.type)
-    used = reduced.used & fit.reduced.used
-    # Priors weigh against the image by its noise over its fringes, which the curve leaves as they are.
-    growth = float(reduced.light[used].var() / fit.reduced.light[used].var())
-    curved = replace(fit, reduced=reduced)
-    fit = with_parts(curved, fit.parts, fit.numbers, before.priors, variance_of(fit)[0] * growth)
-    return before._replace(fit=fit, photograph=photograph) if fit.converged else None
-
-
 def _without_parts(plain: Fitted, photograph: Photograph, priors: Priors) -> Complete:
     """A fit that no part is tried beside."""
     return Complete(plain, sets_of(()), priors, {}, photograph)
-
-
-def _searched_before(before: Complete, wishes: dict[str, bool]) -> dict[str, str]:
-    """What another curve has said of the parts that a search finds: those that were not there are not looked for."""
-    absent = [part for part in SEARCHED if part not in before.fit.parts and not wishes.get(part)]
-    return {part: before.evidence[part] for part in absent if part in before.evidence}
 
 
 def with_trial(trials: Trials, best: Trial, evidence: dict[str, str]) -> Fitted:

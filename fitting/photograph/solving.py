@@ -11,9 +11,9 @@ from fitting.photo import Photograph, Rings, block_size, pixels_of, reduce, sett
 from fitting.photograph.choice import Choice, averaged
 from fitting.photograph.clusters import at_the_mean
 from fitting.photograph.priors import Priors
-from fitting.photograph.selection import complete, with_another_curve, with_needed_parts
+from fitting.photograph.selection import complete, with_needed_parts
 from fitting.photograph.task import Task
-from fitting.photograph.transfer import linearized
+from fitting.photograph.transfer import linearized, with_another_curve
 from fitting.photograph.verdict import RefusedError, judge
 from fitting.reasons import Reason
 from newtonjax.scene import Scene

@@ -11,6 +11,7 @@ from fitting.estimate import Fitted, finest, stay
 from fitting.model import PARTS
 from fitting.parameters import Quantities
 from fitting.photo import Photograph
+from fitting.photograph.averaging import variance_of
 from fitting.photograph.camera_stretch import stretch_warning
 from fitting.photograph.choice import Choice
 from fitting.photograph.evidence import Evidence
@@ -24,7 +25,6 @@ from fitting.photograph.rival import CONSEQUENCES, Finding
 from fitting.photograph.rivals import findings_of
 from fitting.photograph.selection import UNFITTED
 from fitting.photograph.task import Task
-from fitting.photograph.variance import variance_of
 from fitting.reasons import Reason
 
 # Fringes finer than this [cycles per pixel] are near the camera's limit of a half.

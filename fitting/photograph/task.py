@@ -82,12 +82,11 @@ def task_of(arguments: dict[str, Any]) -> Task:
     image, scene, view = arguments["image"], arguments["scene"], arguments["view"]
     view = "reflected" if view is None else view
     wishes = checked_parts(arguments["parts"])
-    require_choice("view", view, ("reflected", "transmitted"))
-    free = names_in("free", arguments["free"])
     if not isinstance(scene, Scene | None):
         raise ValueError(f"scene is {shown(scene)}; allowed: a Scene, such as newton_rings(1.0), or None")
     scale = None if arguments.get("scale") is None else camera_scale(arguments["scale"])
-    given = _quantities(_with_scale(arguments, scale), free, scene)
+    given = _quantities(_with_scale(arguments, scale), scene)
+    require_choice("view", view, ("reflected", "transmitted"))
     fixed, start = checked_fixed(arguments["fixed"]), checked_start(arguments["start"])
     priors = {} if arguments["priors"] is None else checked_priors(arguments["priors"], _in_scene(wishes, scene))
     has_view = arguments["view_angle"] is not None or arguments["view_angle_sd"] is not None
@@ -151,7 +150,8 @@ def _with_scale(arguments: dict[str, Any], scale: CameraScale | None) -> dict[st
     return arguments | {"pixel_size": scale.pixel_size, "pixel_size_sd": scale.pixel_size_sd}
 
 
-def _quantities(arguments: dict[str, Any], free: tuple[str, ...], scene: Scene | None) -> Quantities:
+def _quantities(arguments: dict[str, Any], scene: Scene | None) -> Quantities:
+    free = names_in("free", arguments["free"])
     values = {name: arguments[name] for name in ("radius", "wavelength", "pixel_size", "gap_index")}
     sd = {name: arguments[f"{name}_sd"] for name in values}
     if set(free) - set(values):

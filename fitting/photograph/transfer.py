@@ -6,8 +6,10 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 
 from fitting.estimate import SIZES, Fitted, correlation
-from fitting.model import gap_phase
-from fitting.photo import Photograph, thin
+from fitting.model import SEARCHED, gap_phase
+from fitting.photo import Photograph, reduce, thin
+from fitting.photograph.averaging import variance_of
+from fitting.photograph.selection import Complete, with_parts
 from fitting.reasons import Reason
 
 _PIXELS = 30_000
@@ -53,7 +55,8 @@ def linearized(photograph: Photograph, fit: Fitted) -> Photograph | None:
     if left(exponent) > 0.98 * left(1.0):
         return None
     transfer = f"{photograph.transfer}, then exponent {exponent:.3g} (fitted)"
-    return replace(photograph, codes=photograph.codes.raised(exponent), transfer=transfer)
+    curve = replace(photograph.codes.curve, fitted=photograph.codes.curve.fitted * exponent)
+    return replace(photograph, codes=replace(photograph.codes, curve=curve), transfer=transfer)
 
 
 def _weights_at(fit: Fitted, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
@@ -85,3 +88,20 @@ def _design(shape: tuple[int, int], rows: np.ndarray, columns: np.ndarray, turns
     y, x = (chebvander(2 * at / max(n - 1, 1) - 1, 4) for at, n in zip((rows, columns), shape, strict=True))
     smooth = np.stack([y[:, j] * x[:, total - j] for total in range(5) for j in range(total + 1)], axis=1)
     return np.concatenate([smooth, smooth[:, :6] * np.cos(2 * np.pi * turns)[:, None]], axis=1)
+
+
+def with_another_curve(before: Complete, photograph: Photograph) -> Complete | None:
+    """The same on a photograph whose codes follow the light by another curve; None where it needs a new search.
+
+    A contact may have come with the curve.
+    """
+    fit = before.fit
+    if not fit.converged or set(SEARCHED) & set(fit.parts) or before.rival is not None:
+        return None
+    reduced = reduce(photograph, fit.reduced.grid.block, dtype=fit.reduced.light.dtype.type)
+    used = reduced.used & fit.reduced.used
+    # Priors weigh against the image by its noise over its fringes, which the curve leaves as they are.
+    growth = float(reduced.light[used].var() / fit.reduced.light[used].var())
+    curved = replace(fit, reduced=reduced)
+    fit = with_parts(curved, fit.parts, fit.numbers, before.priors, variance_of(fit)[0] * growth)
+    return before._replace(fit=fit, photograph=photograph) if fit.converged else None

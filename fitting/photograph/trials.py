@@ -4,7 +4,7 @@ They are made on blocks coarser than the final fit's, whose contrast is lowered 
 no last digit.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
@@ -17,7 +17,6 @@ from fitting.estimate import (
     Fitted,
     Residuals,
     Solution,
-    at_blocks,
     finest,
     fringe_correlation,
     moved_to,
@@ -29,17 +28,13 @@ from fitting.estimate import (
 from fitting.model import AXIS, BACKGROUND, PARTS, WARPS, numbers_of
 from fitting.parameters import TABLE, Numbers
 from fitting.photo import Photograph, Reduced, pixels_of, reduce
-from fitting.photograph.phase_map import Target, followed
+from fitting.photograph.averaging import variance_of
+from fitting.photograph.phase_map import TOLERANCE, followed, nearer_numbers
 from fitting.photograph.priors import Priors
-from fitting.photograph.variance import variance_of
 
 # A trial that has not settled after so many new moments is judged as it is; the chosen one is fitted again. Its phase
 # may be so far from the moments' [turns]: the envelope holds a quarter turn.
 _ROUNDS, _NEAR = 25, 0.25
-# A step of a trial that promises a smaller drop of chi-squared [variances, correlation included] is its last one.
-_TOLERANCE = 0.02
-# A step on the phase alone that gains a smaller share of that is its last one.
-_NEGLIGIBLE = 0.1
 # Steps of a trial, at most.
 _STEPS = 60
 # Where the axis of a picture that has been cut is looked for, in half diagonals from its middle.
@@ -79,7 +74,7 @@ class Trials:
         self.model = moved_to(fitted.model, self.reduced.grid, fitted.numbers)
         self.rim = rim(photograph.lit)
         # A criterion counts chi-squared in units of the correlated variance.
-        self.tolerance = _TOLERANCE * fitted.correlation
+        self.tolerance = TOLERANCE * fitted.correlation
         # A prior weighs against the image in units of the correlated variance, which means over blocks leave.
         self.variance = variance_of(fitted)[0] * (fitted.reduced.grid.block / self.reduced.grid.block) ** 2
         self.first = self._first()
@@ -121,7 +116,9 @@ class Trials:
             else:
                 mapped = followed(self.fitted, parts)
                 trial = self.fit(parts, self.fitted.numbers if mapped is None else mapped)
-                trial = self._elsewhere(trial, [numbers for part in parts for numbers in PARTS[part].also_from])
+                starts = [numbers for part in parts for numbers in PARTS[part].also_from]
+                if (elsewhere := nearer_numbers(trial.solution, self.reduced, starts, self.variance)) is not None:
+                    trial = self._better(trial, self.fit(parts, elsewhere))
             if self.is_sane(trial):
                 return trial
         return self.first
@@ -131,27 +128,13 @@ class Trials:
         beyond = [numbers for part in trial.parts for numbers in PARTS[part].also_from]
         axes = [dict(zip(AXIS, axis, strict=True)) for axis in _AXES]
         starts = [{**numbers, **axis} for numbers in ({}, *beyond) for axis in axes]
-        return self._elsewhere(self.fit(trial.parts, trial.numbers), starts)
+        trial = self.fit(trial.parts, trial.numbers)
+        elsewhere = nearer_numbers(trial.solution, self.reduced, starts, self.variance)
+        return trial if elsewhere is None else self._better(trial, self.fit(trial.parts, elsewhere))
 
-    def _elsewhere(self, trial: Trial, starts: Sequence[Mapping[str, float]]) -> Trial:
-        """A trial, or one of less cost that makes the fringes' phase: from its numbers with some replaced.
-
-        Which numbers make that phase, is looked for on the phase alone; only then the image is fitted again.
-        """
-        problem = trial.solution.problem
-        # A traced bench is known at its nodes alone.
-        if problem.phase.exact is None:
-            return trial
-        edges, grid = problem.phase.edges(trial.numbers), self.reduced.grid
-        phase = at_blocks(grid, trial.solution.fields.phase) if edges is None else edges(grid, slice(None))
-        least = _TOLERANCE * self.variance
-        target = Target(trial.solution, self.reduced, phase, _NEGLIGIBLE * least)
-        ends = [target.nearest(problem, trial.numbers, start) for start in ({}, *starts)]
-        reference, *alternatives = ends
-        end = min(alternatives, key=lambda end: end.cost, default=reference)
-        if not end.cost < reference.cost - least:
-            return trial
-        return min(trial, self.fit(trial.parts, end.numbers), key=lambda fit: (not self.is_sane(fit), self.cost(fit)))
+    def _better(self, *trials: Trial) -> Trial:
+        """The one of least cost, of those that are sane where any is."""
+        return min(trials, key=lambda trial: (not self.is_sane(trial), self.cost(trial)))
 
     def cost(self, trial: Trial) -> float:
         """What a trial leaves over, and what its priors cost [squares of the light]."""

@@ -227,7 +227,7 @@ def arguments_of(options: FitOptions) -> dict:
         of_light = {name: value for name, value in arguments.items() if name != "wavelength_sd"}
         return {**of_light, "light": options.lamp, "view": options.view}
     if options.scene is None:
-        wavelength = None if options.wavelength is None else options.wavelength.within(1.0)
+        wavelength = None if options.wavelength is None else options.wavelength.given
         return {**arguments, "wavelength": wavelength, "view": options.view}
     from newtonjax import load_scene
 

@@ -11,7 +11,7 @@ from rings_data import coordinates
 
 from fitting.estimate import CONTRAST, Prior, Problem, bends, frame_on, fringe_sums, normal_matrix, solve
 from fitting.estimate.block_phases import GapFringes
-from fitting.estimate.elimination import image_of
+from fitting.estimate.fringe_sums import image_of
 from fitting.estimate.optimum import choose_degrees
 from fitting.model import BACKGROUND, GapModel, as_arrays, degrees, gap_phase
 from fitting.parameters import NUMBERS, Numbers
