@@ -21,15 +21,8 @@ def degrees(limit: int) -> np.ndarray:
     return products
 
 
-def node_grid(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """X and y in [-1, 1] of a grid of Chebyshev nodes, row by row."""
-    at = chebyshev.nodes(count)
-    y, x = np.meshgrid(at, at, indexing="ij")
-    return x.ravel(), y.ravel()
-
-
-# X and y in [-1, 1] of the envelope's nodes, row by row; the degrees of its products.
-ENVELOPE_NODES, _PRODUCTS = node_grid(ENVELOPE + 1), degrees(ENVELOPE)
+# X and y in [-1, 1] of the envelope's nodes, row by row.
+ENVELOPE_NODES = chebyshev.node_grid(ENVELOPE + 1)
 
 
 def model_coefficients(background, modulus, phase, reference) -> Float[Array, " basis"]:
@@ -39,5 +32,5 @@ def model_coefficients(background, modulus, phase, reference) -> Float[Array, " 
     """
     away = phase - reference
     both = jnp.stack([modulus * cos_turns(away), modulus * sin_turns(away)])
-    table = chebyshev.coefficients(both)
-    return jnp.concatenate([background, table[:, _PRODUCTS[:, 0], _PRODUCTS[:, 1]].ravel()])
+    table, products = chebyshev.coefficients(both), degrees(ENVELOPE)
+    return jnp.concatenate([background, table[:, products[:, 0], products[:, 1]].ravel()])

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpy.polynomial.chebyshev import chebvander
 
-from fitting.model.basis import ENVELOPE, node_grid
+from fitting.model.basis import ENVELOPE
 from fitting.model.forming import form_turns
 from fitting.model.microscope import Microscope, microscope_on
 from fitting.model.part import Shown
@@ -181,7 +181,9 @@ class SceneModel(eqx.Module):
             scene = change(scene, self.unknown, 1 + ratio, self.face)
         at_x, at_y = (
             (low + high) / 2 + at * (high - low) / 2
-            for at, (low, high) in zip(node_grid(_TRACED), (_ends(self.frame.x), _ends(self.frame.y)), strict=True)
+            for at, (low, high) in zip(
+                chebyshev.node_grid(_TRACED), (_ends(self.frame.x), _ends(self.frame.y)), strict=True
+            )
         )
         dx, dy = on_object(self.frame, at_x, at_y, numbers)
         modulus, phase = polar(fields_at(scene, jnp.stack([dx, dy], axis=1) * pixel_size))

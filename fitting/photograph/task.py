@@ -86,7 +86,6 @@ def task_of(arguments: dict[str, Any]) -> Task:
         raise ValueError(f"scene is {shown(scene)}; allowed: a Scene, such as newton_rings(1.0), or None")
     scale = None if arguments.get("scale") is None else camera_scale(arguments["scale"])
     given = _quantities(_with_scale(arguments, scale), scene)
-    require_choice("view", view, ("reflected", "transmitted"))
     fixed, start = checked_fixed(arguments["fixed"]), checked_start(arguments["start"])
     priors = {} if arguments["priors"] is None else checked_priors(arguments["priors"], _in_scene(wishes, scene))
     has_view = arguments["view_angle"] is not None or arguments["view_angle_sd"] is not None
@@ -151,6 +150,9 @@ def _with_scale(arguments: dict[str, Any], scale: CameraScale | None) -> dict[st
 
 
 def _quantities(arguments: dict[str, Any], scene: Scene | None) -> Quantities:
+    """What is given of the set-up; `view` and `free` are checked first."""
+    if arguments["view"] is not None:
+        require_choice("view", arguments["view"], ("reflected", "transmitted"))
     free = names_in("free", arguments["free"])
     values = {name: arguments[name] for name in ("radius", "wavelength", "pixel_size", "gap_index")}
     sd = {name: arguments[f"{name}_sd"] for name in values}

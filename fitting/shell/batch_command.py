@@ -75,7 +75,8 @@ def batch(
     Exit status: 0 all measured, 3 some refused, 4 some not converged, 5 some unreadable.
     """
     from fitting.shell import batch_verb
-    from fitting.shell.fit_verb import FitOptions, model_of
+    from fitting.shell.fit_arguments import FitOptions
+    from fitting.shell.fit_verb import model_of
     from fitting.shell.photographs import Workers
 
     options = FitOptions(

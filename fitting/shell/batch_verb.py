@@ -12,7 +12,8 @@ from fitting.parameters import output
 from fitting.shell import stopping
 from fitting.shell.answer import as_png
 from fitting.shell.batch_progress import progress_line
-from fitting.shell.fit_verb import FitOptions, arguments_of, check_options
+from fitting.shell.fit_arguments import FitOptions, arguments_of
+from fitting.shell.fit_verb import check_options
 from fitting.shell.manifest import rows_of_manifest
 from fitting.shell.photographs import Entry, Workers, check_arguments, entries_of, measure_all
 

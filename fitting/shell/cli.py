@@ -17,7 +17,7 @@ from fitting.shell.batch_command import batch
 from fitting.shell.bench_options import with_bench_options
 from fitting.shell.form_command import form
 from fitting.shell.measuring_verbs import compare, fit, rings, scale
-from fitting.shell.options import Bits, Epsilon, Force, ScreenPixel, Shape
+from fitting.shell.options import Bits, Epsilon, Force, ScreenPixel, Shape, before_a_verb
 from fitting.shell.study_verbs import design, sensitivity, tradeoff
 from fitting.shell.together_command import together
 from fitting.shell.wedge_command import wedge
@@ -45,9 +45,10 @@ def main(arguments: list[str] | None = None) -> int:
             stream.reconfigure(errors="replace")  # a λ must not cost the answer where the terminal has none
     if not arguments and _ASKED_BY_SHELL not in os.environ:
         return _fail("no verb given; give render, fit, scale, rings or another one (newtonjax --help explains them)")
+    separated = _one_by_one(arguments)
     try:
         with stopping.watched():
-            return app(args=_one_by_one(arguments), prog_name="newtonjax", standalone_mode=False) or 0
+            return app(args=separated, prog_name="newtonjax", standalone_mode=False) or 0
     except typer.TyperException as error:
         return _fail(error.format_message())
     except (ValueError, OSError) as error:
@@ -85,24 +86,6 @@ def _fail(message: str, status: int = 2) -> int:
     output.remove_empty_folders()
     print("newtonjax:", " ".join(message.split()), file=sys.stderr)
     return status
-
-
-def _show_version(asked: bool) -> bool:
-    if asked:
-        from newtonjax import __version__
-
-        print(f"newtonjax {__version__}")
-        raise typer.Exit
-    return asked
-
-
-@app.callback()
-def _command(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version.")
-    ] = False,
-) -> None:
-    """Options that come before a verb."""
 
 
 @app.command()
@@ -158,6 +141,7 @@ def render(
     return render_verb.run(what)
 
 
+app.callback()(before_a_verb)
 app.command("app")(page)
 for measuring in (fit, batch, together, form, scale, rings, wedge, compare):
     app.command()(measuring)

@@ -7,7 +7,7 @@ from typing import Any
 
 from fitting.parameters import PART_OPTIONS
 from fitting.shell import assignments, lamps, quantities
-from fitting.shell.fit_verb import FitOptions
+from fitting.shell.fit_arguments import FitOptions
 from fitting.shell.options import transfer_curve
 from newtonjax.numerics import shown
 

@@ -76,8 +76,9 @@ def fit(
     """
     from fitting.shell import fit_verb
     from fitting.shell.answer import Outputs
+    from fitting.shell.fit_arguments import FitOptions
 
-    options = fit_verb.FitOptions(
+    options = FitOptions(
         wavelength, pixel_size, wavelength_sd, pixel_size_sd, radius, view, scene, transfer, scale_from,
         mask=mask, mcmc=mcmc, steps=steps, plate_radius=plate_radius, plate_radius_sd=plate_radius_sd, page=page,
         radius_sd=radius_sd, light=light, channel=channel, **fit_verb.model_of(model),

@@ -65,6 +65,23 @@ def with_model_options(verb: Callable[..., int]) -> Callable[..., int]:
     return expanded(verb, "plate_radius", options)
 
 
+def _show_version(asked: bool) -> bool:
+    if asked:
+        from newtonjax import __version__
+
+        print(f"newtonjax {__version__}")
+        raise typer.Exit
+    return asked
+
+
+def before_a_verb(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
+    """Options that come before a verb."""
+
+
 def own_columns(texts: list[str]) -> dict[str, str]:
     """A table's own names of columns, of `--column diameter_mm=D`."""
     columns = {}

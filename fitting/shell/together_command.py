@@ -65,7 +65,8 @@ def together(
     """
     from fitting.shell import together_verb
     from fitting.shell.answer import Outputs
-    from fitting.shell.fit_verb import FitOptions, model_of
+    from fitting.shell.fit_arguments import FitOptions
+    from fitting.shell.fit_verb import model_of
 
     options = FitOptions(
         wavelength, pixel_size, wavelength_sd, pixel_size_sd, radius, view, None, transfer, scale_from,

@@ -6,7 +6,8 @@ from typing import Any
 import fitting
 from fitting.shell import session
 from fitting.shell.answer import Outputs
-from fitting.shell.fit_verb import FitOptions, arguments_of, check_files, check_options
+from fitting.shell.fit_arguments import FitOptions, arguments_of
+from fitting.shell.fit_verb import check_files, check_options
 from fitting.shell.manifest import rows_of_manifest
 from fitting.shell.progress import progress
 from fitting.shell.report_page import Measured

@@ -15,6 +15,13 @@ def nodes(count: int) -> np.ndarray:
     return -np.cos(np.pi * (np.arange(count) + 0.5) / count)
 
 
+def node_grid(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """X and y in [-1, 1] of a square grid of nodes, row by row."""
+    at = nodes(count)
+    y, x = np.meshgrid(at, at, indexing="ij")
+    return x.ravel(), y.ravel()
+
+
 def analysis(count: int) -> np.ndarray:
     """The matrix that takes values at the nodes to Chebyshev coefficients (a discrete cosine transform)."""
     order = np.arange(count)[:, None]

@@ -9,7 +9,7 @@ import pytest
 from numpy.polynomial.chebyshev import chebvander
 from rings_data import coordinates
 
-from fitting.estimate import CONTRAST, Prior, Problem, bends, frame_on, fringe_sums, normal_matrix, solve
+from fitting.estimate import CONTRAST, Prior, Problem, bends, frame_on, fringe_sums, fused, normal_matrix, solve
 from fitting.estimate.block_phases import GapFringes
 from fitting.estimate.fringe_sums import image_of
 from fitting.estimate.optimum import choose_degrees
@@ -155,7 +155,7 @@ def test_fused_pass_gives_the_residuals_and_the_moments_with_their_weights():
     solution = solve(problem_on(reduced), reduced, TRUTH)
     grid = reduced.grid
     fitted = image_of(solution.point.background, solution.point.modulus)
-    found, left = fringe_sums.fused(reduced, solution.fields.phase, fitted, 0.06)
+    found, left = fused(reduced, solution.fields.phase, fitted, 0.06)
     turns = gap_phase.phase(GapModel(frame_on(grid), (0.0, 1.0)), grid.x[None], grid.y[:, None], solution.numbers)
     background, contrast = fitted
     smooth = grid.along_y[:, :7] @ background @ grid.along_x[:, :7].T

@@ -7,7 +7,7 @@ import pytest
 from rings_data import WAVELENGTH
 
 import fitting
-from fitting.shell import assignments, fit_verb
+from fitting.shell import assignments, fit_arguments
 
 GIVEN = {"wavelength": WAVELENGTH, "pixel_size": 2e-5, "view": "reflected"}
 SHAPE, ORDERS, KAPPA = (300, 400), 14.0, -0.08
@@ -131,9 +131,9 @@ def test_the_shell_reads_priors_and_places():
 
 def test_the_shell_gives_a_chain_the_priors_of_what_it_draws():
     prior = {"radius": (1.0, 0.02), "distortion": (0.0, 0.02)}
-    options = fit_verb.FitOptions(prior=prior, steps=500, mcmc=True)
+    options = fit_arguments.FitOptions(prior=prior, steps=500, mcmc=True)
     assert options.of_chain == {"priors": {"radius": (1.0, 0.02)}, "steps": 500}
-    assert fit_verb.arguments_of(options)["priors"] == {"distortion": (0.0, 0.02)}
+    assert fit_arguments.arguments_of(options)["priors"] == {"distortion": (0.0, 0.02)}
     for alone, words in ((options._replace(steps=None), "--prior radius"), (options, "--steps")):
         with pytest.raises(ValueError, match=f"{words} is of a chain; add --mcmc"):
             fit_verb.check_options(alone._replace(mcmc=False))

@@ -21,7 +21,7 @@ from skimage.io import imsave
 import fitting
 from fitting.shell import manifest, photograph_work, quantities
 from fitting.shell.cli import main
-from fitting.shell.fit_verb import FitOptions
+from fitting.shell.fit_arguments import FitOptions
 
 GIVEN = ("--wavelength", "589.3nm", "--pixel-size", "30um", "--view", "reflected")
 PATIENCE = 120.0

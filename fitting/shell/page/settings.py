@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from fitting.parameters import PART_OPTIONS
-from fitting.shell.fit_verb import FitOptions, arguments_of
+from fitting.shell.fit_arguments import FitOptions, arguments_of
 from fitting.shell.manifest import options_with
 
 # Files that the repeating commands read, beside the photograph.
