@@ -13,6 +13,11 @@ from fitting.estimate.elimination import eliminate as eliminate
 from fitting.estimate.elimination import evaluate as evaluate
 from fitting.estimate.elimination import pseudo_inverse as pseudo_inverse
 from fitting.estimate.elimination import tilted as tilted
+from fitting.estimate.fitted import Fitted as Fitted
+from fitting.estimate.fitted import finely as finely
+from fitting.estimate.fitted import finest as finest
+from fitting.estimate.fitted import problem_of as problem_of
+from fitting.estimate.fitted import robust_fit as robust_fit
 from fitting.estimate.fringe_moments import Moments as Moments
 from fitting.estimate.fringe_moments import moments as moments
 from fitting.estimate.fringe_sums import Normal as Normal
@@ -21,11 +26,6 @@ from fitting.estimate.fringe_sums import image_of as image_of
 from fitting.estimate.fringe_sums import normal_equations as normal_equations
 from fitting.estimate.fringe_sums import sums as sums
 from fitting.estimate.illumination import FEW as FEW
-from fitting.estimate.illumination import Fitted as Fitted
-from fitting.estimate.illumination import finely as finely
-from fitting.estimate.illumination import finest as finest
-from fitting.estimate.illumination import problem_of as problem_of
-from fitting.estimate.illumination import robust_fit as robust_fit
 from fitting.estimate.optimum import SHAPES as SHAPES
 from fitting.estimate.optimum import bends as bends
 from fitting.estimate.optimum import normal_matrix as normal_matrix

@@ -13,8 +13,8 @@ import numpy as np
 
 from fitting.estimate import edges, robust
 from fitting.estimate.elimination import CONTRAST, coefficients_of, contrast_at_nodes
+from fitting.estimate.fitted import Fitted
 from fitting.estimate.fringe_sums import TUKEY, normal_equations, sums, table_of
-from fitting.estimate.illumination import Fitted
 from fitting.estimate.optimum import NormalMatrix, active_mask
 from fitting.estimate.solver import Problem, stay
 from fitting.model import BACKGROUND, degrees

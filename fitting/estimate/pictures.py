@@ -4,8 +4,8 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 
 from fitting.estimate.elimination import contrast_at_nodes
+from fitting.estimate.fitted import Fitted
 from fitting.estimate.fringe_sums import image_of, table_of
-from fitting.estimate.illumination import Fitted
 from fitting.model import gap_phase
 from newtonjax.numerics import analysis
 

@@ -45,10 +45,6 @@ class Average:
     weights: dict[Parts, float]
     best: tuple[Parts, int, np.ndarray]
 
-    def share(self, part: str) -> float:
-        """The weight of all sets with a part."""
-        return sum(weight for parts, weight in self.weights.items() if part in parts)
-
 
 @dataclass(frozen=True)
 class Member:

@@ -9,7 +9,7 @@ from fitting.estimate import Fitted, normal_matrix, problem_of, residuals_of, so
 from fitting.model import AXIS, PARTS, WARPS
 from fitting.parameters import slots_of
 from fitting.photo import Photograph
-from fitting.photograph.averaging import Averaging, Member, variance_of
+from fitting.photograph.averaging import Average, Averaging, Member, variance_of
 from fitting.photograph.priors import CUT
 from fitting.photograph.selection import Complete, with_parts, with_trial
 from fitting.photograph.trials import Trials, without
@@ -93,11 +93,16 @@ def _averaged(choice: Choice, members: list[Member], rounds: int = _MOST_ROUNDS)
         fit = with_parts(choice.found, parts, numbers, member.priors)
     certain = min(members[0].sets, key=len)
     evidence = {
-        part: member.priors.words(part) if part in certain else f"probability {average.share(part):.0%}"
+        part: member.priors.words(part) if part in certain else f"probability {_share(average, part):.0%}"
         for part in WARPS
         if part in warps
     }
     return choice._replace(found=fit, averaging=averaging, place=place, evidence=evidence | choice.evidence)
+
+
+def _share(average: Average, part: str) -> float:
+    """The weight of all sets with a part."""
+    return sum(weight for parts, weight in average.weights.items() if part in parts)
 
 
 def _restricted(member: Member, parts: tuple[str, ...], numbers: np.ndarray, variance: float) -> Fitted:

@@ -6,11 +6,12 @@ import numpy as np
 
 from fitting.estimate import Fitted
 from fitting.model import AXIS_ROW, LEAVING_OUT, PARTS, numbers_of
-from fitting.parameters import Numbers, Quantities, block_of
+from fitting.parameters import NUMBERS, Numbers, Quantities
 from fitting.photograph.averaging import Averaging
 from fitting.photograph.choice import Choice
 from fitting.photograph.uncertainty import halves_apart, of_assumptions, of_blur, of_doublet
 
+_CURVATURE = NUMBERS.index("curvature")
 # A law that a part leaves out counts up to so many standard deviations of the number that would tell it.
 _APART = 3.0
 # A blur and what is assumed of the bench stand in the budget from this share of all else on: less adds half a percent.
@@ -71,7 +72,7 @@ def _rows_of_average(averaging: Averaging, variance: float, ratio: float) -> lis
 
     def deviation(parts: list[str], fixed_parts: list[str], held: tuple[str, ...] = ()) -> float:
         average = averaging.mean(variance, lambda names: names <= {*parts, *least}, fixed_parts, ratio, held)
-        return float(np.sqrt(max(Numbers(*np.diag(block_of(average.covariance))).curvature, 0.0)))
+        return float(np.sqrt(max(average.covariance[_CURVATURE, _CURVATURE], 0.0)))
 
     steps: list[tuple[str, tuple]] = [("noise", ([], searched))]
     for count, part in enumerate(warps, 1):

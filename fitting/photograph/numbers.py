@@ -67,7 +67,13 @@ def measured(
     gap = fit.fixed.get("gap", gap)
     moving = tuple(name for name in free if is_scaled or name != "phase")
     parameters = {
-        names[name]: _parameter(names[name], in_units[name], getattr(sds, name), name not in free)
+        names[name]: Parameter(
+            in_units[name],
+            float(getattr(sds, name)) if name in free else None,
+            name not in free,
+            names[name],
+            UNITS.get(names[name], ""),
+        )
         for name in NUMBERS
         if name in in_units
     }
@@ -115,7 +121,7 @@ def measured(
             sd = np.hypot(length.sd or 0.0, length.value * relative_sd.get("pixel_size", 0.0))
             parameters[number.name] = replace(length, sd=float(sd))
     given = {name: Parameter(values[name], known.sd.get(name), True, name, UNITS[name]) for name in known.given}
-    of_gap = _parameter("gap", gap, gap_sd, "phase" not in free)
+    of_gap = Parameter(gap, gap_sd if "phase" in free else None, "phase" not in free, "gap", UNITS["gap"])
     answer = {known.unknown: Parameter(values[known.unknown], total, False, known.unknown, UNITS[known.unknown])}
     if known.unknown == "radius":
         radius = {
@@ -172,10 +178,6 @@ def _on_plate(known: Quantities, values: dict[str, float], budget: list) -> tupl
     factor = (values["radius"] / effective) ** 2
     rows = [(source, factor * row) for source, row in budget]
     return [*rows, ("plate_radius", (values["radius"] / other) ** 2 * sd)], factor
-
-
-def _parameter(name: str, value: float, sd: float, held: bool) -> Parameter:
-    return Parameter(value, None if held else float(sd), held, name, UNITS.get(name, ""))
 
 
 def _effect(fit: Fitted, known: Quantities, name: str) -> float:

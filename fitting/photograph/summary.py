@@ -1,13 +1,12 @@
 """From an optimum to a result: quantities, standard deviations, budget, warnings and pictures."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from fitting.estimate import Fitted, finest, stay
+from fitting.estimate import FEW, Fitted, finest, stay
 from fitting.model import PARTS
 from fitting.parameters import Quantities
 from fitting.photo import Photograph
@@ -15,14 +14,15 @@ from fitting.photograph.averaging import variance_of
 from fitting.photograph.camera_stretch import stretch_warning
 from fitting.photograph.choice import Choice
 from fitting.photograph.evidence import Evidence
+from fitting.photograph.fringe_rivals import Astray, SecondSystem, Waveform
 from fitting.photograph.image_rows import image_rows
-from fitting.photograph.model_rivals import VIEW_OR_FORM
+from fitting.photograph.model_rivals import VIEW_OR_FORM, Form, PriorTension, ViewOrForm
 from fitting.photograph.numbers import measured
 from fitting.photograph.picture import Picture
+from fitting.photograph.remainder import Remainder
 from fitting.photograph.result import FitResult
 from fitting.photograph.ring_radii import rings_of
-from fitting.photograph.rival import CONSEQUENCES, Finding
-from fitting.photograph.rivals import findings_of
+from fitting.photograph.rival import CONSEQUENCES, AbstractRival, Finding
 from fitting.photograph.selection import UNFITTED
 from fitting.photograph.task import Task
 from fitting.reasons import Reason
@@ -31,14 +31,19 @@ from fitting.reasons import Reason
 _NYQUIST = 0.42
 
 
+RIVALS: tuple[AbstractRival, ...] = (Astray(), Waveform(), SecondSystem(), Form(), ViewOrForm(), PriorTension())
+# What leaves less of the variance over was no photograph, and holds rounding.
+_ROUNDED = 1e-8
+
+
 def report(
     task: Task, choice: Choice, began: float, further: Callable[[float], Finding | None] | None = None
 ) -> FitResult:
     """The result of a fit that was not refused; without a radius where the fit does not determine it.
 
-    `further`: as in `findings_of`.
+    `further`: as in `_findings_of`.
     """
-    fit, given, photograph = choice.found, task.quantities, choice.photograph
+    fit, given, photograph, averaging = choice.found, task.quantities, choice.photograph, choice.averaging
     answer = _at_the_mean(choice)
     variance, inflation = variance_of(fit)
     common = {
@@ -46,11 +51,12 @@ def report(
         "explained_variance": fit.explained,
         "warnings": _warnings(choice, inflation, given),
         "model": _model(fit, photograph, given) | choice.evidence,
-        "priors": _priors_of(choice),
         "picture": Picture(photograph, fit),
     }
+    parts = _parts_with_priors(choice)
     decided = () if task.view_angle is None else (VIEW_OR_FORM,)
-    common["rivals"], rival_rows = findings_of(fit, decided, further)
+    common["rivals"], rival_rows = _findings_of(fit, decided, further)
+    common["priors"] = {} if averaging is None else averaging.members[choice.place].priors.table(parts)
     by_kind = {kind: [finding for finding in common["rivals"] if finding.consequence == kind] for kind in CONSEQUENCES}
     common["warnings"] += [finding.words for finding in by_kind["warning"]]
     common["model"] |= {finding.rival: str(finding.words) for finding in by_kind["budget"]}
@@ -72,7 +78,7 @@ def report(
     if numbers["fringe_scale_sd"] > 0.2 * numbers["fringe_scale_per_px2"]:
         return FitResult("refused", Reason.CURVATURE_UNCERTAIN(), seconds=time.perf_counter() - began, **common)
     rings = rings_of(answer, given, task.contact_phase, covariance)
-    evidence = Evidence(fit, given, variance, covariance, choice.averaging, choice.ratio)
+    evidence = Evidence(fit, given, variance, covariance, averaging, choice.ratio)
     return FitResult(**numbers, seconds=time.perf_counter() - began, evidence=evidence, rings=rings, **common)
 
 
@@ -102,13 +108,13 @@ def _at_the_mean(choice: Choice) -> Fitted:
     return replace(choice.found, solution=stay(solution.problem, solution.normal, numbers, solution.converged))
 
 
-def _priors_of(choice: Choice) -> dict[str, dict[str, Any]]:
-    """What was known of the parts that may be there."""
+def _parts_with_priors(choice: Choice) -> list[str]:
+    """The parts that may be there, in their order, where sets of them are averaged."""
     if choice.averaging is None:
-        return {}
+        return []
     member = choice.averaging.members[choice.place]
     parts = {*max(member.sets, key=len), *choice.found.parts}
-    return member.priors.table(part for part in PARTS if part in parts)
+    return [part for part in PARTS if part in parts]
 
 
 def _model(fit: Fitted, photograph: Photograph, given: Quantities) -> dict[str, str]:
@@ -124,3 +130,22 @@ def _model(fit: Fitted, photograph: Photograph, given: Quantities) -> dict[str, 
         "channel": f"{photograph.channel}, transfer {photograph.transfer}",
         "pixels": f"{pixels} of {photograph.mask.size}{in_blocks}",
     }
+
+
+def _findings_of(
+    fit: Fitted, decided: Collection[str] = (), further: Callable[[float], Finding | None] | None = None
+) -> tuple[list[Finding], list[tuple[str, float]]]:
+    """What rivals say of a finished fit, and the rows that they add: (source, deviation of its first number).
+
+    `decided`: names of those on which something else that is given decides; `further`: what speaks for the scale of the
+    fit [turns per px²] beside what it leaves over. Nothing where it leaves rounding alone, or
+    has too few fringes to tell.
+    """
+    if not fit.converged or fit.orders < FEW or not 1 - fit.explained > _ROUNDED:
+        return [], []
+    remainder = Remainder(fit)
+    answers = [rival.finding(remainder) for rival in RIVALS if rival.name not in decided]
+    if further is not None:
+        answers.append(further(abs(remainder.scale)))
+    findings = [finding for finding in answers if finding is not None]
+    return findings, [(finding.rival, finding.deviation * remainder.first) for finding in findings if finding.deviation]

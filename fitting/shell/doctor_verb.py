@@ -14,7 +14,8 @@ from typing import NamedTuple
 
 from fitting.parameters import output
 from fitting.shell import jax_probe, requirements
-from fitting.shell.session import NAMED_BY, cache_folder, is_ours
+from fitting.shell.ownership import is_ours
+from fitting.shell.session import NAMED_BY, cache_folder
 from newtonjax.numerics import available_memory
 
 # Below this much memory, or room for compiled programs, work may fail [bytes].

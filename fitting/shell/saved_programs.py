@@ -21,7 +21,7 @@ import jax
 from jax.core import Tracer
 
 import newtonjax
-from fitting.shell.session import is_ours
+from fitting.shell.ownership import is_ours
 
 _CPUINFO = Path("/proc/cpuinfo")
 

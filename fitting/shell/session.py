@@ -1,7 +1,6 @@
 """What a program of ours asks of JAX before its first use: float64, and compiled code kept between runs."""
 
 import os
-import stat
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,14 +19,6 @@ def cache_folder() -> Path:
     import platformdirs
 
     return platformdirs.user_cache_path("newtonjax", appauthor=False) / "jax"
-
-
-def is_ours(path: Path) -> bool:
-    """Whether nobody but the user may have written a file or folder; on a system without owners, always."""
-    about = path.stat()
-    if not hasattr(os, "getuid"):
-        return True
-    return about.st_uid == os.getuid() and not about.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
 
 
 def prepare() -> None:
