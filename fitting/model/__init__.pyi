@@ -10,6 +10,8 @@ from fitting.model.bench_start import scene_start as scene_start
 from fitting.model.distortion import AXIS_ROW as AXIS_ROW
 from fitting.model.microscope import Microscope as Microscope
 from fitting.model.microscope import microscope_on as microscope_on
+from fitting.model.microscope import plate_curvature as plate_curvature
+from fitting.model.microscope import sphere_of as sphere_of
 from fitting.model.parts import ADVICE as ADVICE
 from fitting.model.parts import AXIS as AXIS
 from fitting.model.parts import EDGES as EDGES

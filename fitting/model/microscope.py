@@ -176,6 +176,22 @@ def view_tables(view: View, changed: View, steepest: float) -> Float[np.ndarray,
     return (coefficients / w[-1] ** np.arange(POWERS)[:, None]).T
 
 
+def plate_curvature(quantities: Quantities) -> float:
+    """Of the other face [1/px]; 0 for a flat one."""
+    return 0.0 if quantities.plate is None else quantities.given["pixel_size"] / quantities.plate[0]
+
+
+def sphere_of(quantities: Quantities, scale: float) -> tuple[float, float]:
+    """Factor and power of the sphere's curvature in 1/px, factor scale^power; factor 0 where it is not known.
+
+    s/R is k λ/(n s) where the radius is measured, sqrt(k λ/(n R)) where the pixel size is, and given elsewhere.
+    """
+    if quantities.unknown is None:
+        return 0.0, 1.0
+    values, power = quantities.values(scale), {"radius": 1.0, "pixel_size": 0.5}.get(quantities.unknown, 0.0)
+    return values["pixel_size"] / values["radius"] / scale**power, power
+
+
 def microscope_on(
     quantities: Quantities, numbers: Numbers, frame: Frame, side: Microscope, **glass: float
 ) -> Microscope:
@@ -195,7 +211,7 @@ def microscope_on(
         for at in (values, quantities.values(scale * (1 + _STEP)))
     )
     is_lens = 1 / view.radius > 1 / plate_radius
-    factor, power = quantities.sphere(scale)
+    factor, power = sphere_of(quantities, scale)
     farthest = frame.unit * (1 + float(np.hypot(numbers.centre_x, numbers.centre_y)))
     steepest = _MARGIN * (factor * scale**power * farthest) ** 2
     if not (is_lens and low_high[0] <= values[quantities.unknown] <= low_high[1] and steepest < 1):

@@ -17,7 +17,7 @@ from numpy.polynomial.chebyshev import chebvander
 
 from fitting.model.basis import ENVELOPE
 from fitting.model.forming import form_turns
-from fitting.model.microscope import Microscope, microscope_on
+from fitting.model.microscope import Microscope, microscope_on, plate_curvature, sphere_of
 from fitting.model.part import Shown
 from fitting.model.parts import FLATTENING, PARTS, SHOWING, WARPS, numbers_of
 from fitting.model.warp import Frame, on_object, reach
@@ -131,7 +131,9 @@ class GapModel(eqx.Module):
         """The model for other given quantities, one of which was multiplied."""
         scale = float(numbers.curvature) / self.frame.unit**2
         microscope = microscope_on(quantities, numbers, self.frame, self.microscope)
-        return replace(self, sphere=quantities.sphere(scale), plate=quantities.plate_curvature, microscope=microscope)
+        return replace(
+            self, sphere=sphere_of(quantities, scale), plate=plate_curvature(quantities), microscope=microscope
+        )
 
     def traced(self, unknown: str | None, factors: Mapping) -> "GapModel":
         """The model with given quantities multiplied, inside a transformation."""

@@ -152,21 +152,6 @@ class Quantities:
         """All four quantities for a fringe scale."""
         return {**self.given, self.measured: float(self.solve(scale))}
 
-    @property
-    def plate_curvature(self) -> float:
-        """Of the other face [1/px]; 0 for a flat one."""
-        return 0.0 if self.plate is None else self.given["pixel_size"] / self.plate[0]
-
-    def sphere(self, scale: float) -> tuple[float, float]:
-        """Factor and power of the sphere's curvature in 1/px, factor scale^power; factor 0 where it is not known.
-
-        s/R is k λ/(n s) where the radius is measured, sqrt(k λ/(n R)) where the pixel size is, and given elsewhere.
-        """
-        if self.unknown is None:
-            return 0.0, 1.0
-        values, power = self.values(scale), {"radius": 1.0, "pixel_size": 0.5}.get(self.unknown, 0.0)
-        return values["pixel_size"] / values["radius"] / scale**power, power
-
 
 def held_turns(fixed: dict, quantities: Quantities) -> float:
     """Phase of a held gap [turns], but for the view's half turn.

@@ -24,6 +24,7 @@ from fitting.photo.smoothing import block_means as block_means
 from fitting.photo.smoothing import smooth as smooth
 from fitting.photo.start import find_rings as find_rings
 from fitting.photo.start import follow as follow
+from fitting.photo.start import search_of as search_of
 from fitting.photo.start import settled as settled
 from fitting.photo.view import box_of as box_of
 from fitting.photo.view import flatten as flatten

@@ -19,17 +19,21 @@ _GOOD, _ENOUGH = 0.3, 0.25
 _SAMPLED = 8
 
 
-def find_rings(photograph: Photograph, view: View | None = None) -> Rings:
+def find_rings(photograph: Photograph) -> Rings:
     """Rings in a photograph, without a start value: centre inside or outside of the frame, any phase and contrast.
 
     Candidates are found on the coarsest image and followed to the one that resolves them. Where these explain little,
     the fringes may be too fine for it everywhere: then wave vectors of tiles give another candidate, and the better
     match wins. Finer block means are looked at where the rings call for them, or where there are none and the blocks
-    hide more than they show. A few fringes are fitted together with the light behind them. `view` as in
-    `resolving_view`.
+    hide more than they show. A few fringes are fitted together with the light behind them.
     """
-    best = _by_matching(photograph, view_of(photograph) if view is None else view)
-    return with_background(photograph, best) if orders_of(photograph, best) < MANY else best
+    return search_of(photograph)[0]
+
+
+def search_of(photograph: Photograph) -> tuple[Rings, View]:
+    """The same, and the view that the search began on."""
+    best, view = _by_matching(photograph)
+    return with_background(photograph, best) if orders_of(photograph, best) < MANY else best, view
 
 
 def follow(photograph: Photograph, rings: Rings) -> Rings:
@@ -44,31 +48,32 @@ def settled(photograph: Photograph, rings: Rings) -> Rings:
     return view.placed(settle(view.fringes, view.shown(rings)))
 
 
-def _by_matching(photograph: Photograph, view: View) -> Rings:
+def _by_matching(photograph: Photograph) -> tuple[Rings, View]:
     """The best match of all that coarse images, tiles of them and tiles of the photograph propose."""
-    best = _best_of_view(view)
+    best, view = _best_of_view(photograph)
     if not view.resolves(best) and best.match > _ENOUGH:
-        return follow(photograph, best)
+        return follow(photograph, best), view
     if best.match > _ENOUGH or view.factor == 1 or not _blocks_hide_fringes(photograph, view.factor):
-        return best
+        return best, view
     rows, columns = box_of(photograph)
     fine = from_tiles(*_fine_tiles(photograph))
     if fine is None:
-        return best
+        return best, view
     fine = fine.on_pixels(1, (columns.start, rows.start))
-    return max(best, follow(photograph, fine), key=lambda rings: rings.match)
+    return max(best, follow(photograph, fine), key=lambda rings: rings.match), view
 
 
-def _best_of_view(view: View) -> Rings:
-    """The best rings of a view, on the photograph."""
+def _best_of_view(photograph: Photograph) -> tuple[Rings, View]:
+    """The best rings of a photograph's coarse view, and the view."""
+    view = view_of(photograph)
     best = settle(view.fringes, from_coarsest(view.fringes))
     if best.match > _GOOD:
-        return view.placed(best)
+        return view.placed(best), view
     fringes = view.fringes
     fine = from_tiles(lambda y, x, size: fringes[y : y + size, x : x + size], fringes.shape)
     if fine is not None:
         best = max(best, polish(fringes, fine), key=lambda rings: rings.match)
-    return view.placed(best)
+    return view.placed(best), view
 
 
 def _fine_tiles(photograph: Photograph) -> tuple[Callable[[int, int, int], np.ndarray], tuple[int, int]]:

@@ -22,7 +22,7 @@ import numpy as np
 from fitting.estimate import Fitted, Residuals, pseudo_inverse
 from fitting.model import PARTS, SEARCHED, WARPS, anchors_of, numbers_of
 from fitting.parameters import NUMBERS, slots_of
-from fitting.photograph.priors import Priors
+from fitting.photograph.priors import Priors, optimum_with_priors
 
 _RANK = 1e-13
 
@@ -178,10 +178,12 @@ class Eliminated(NamedTuple):
 
 def eliminated(member: Member, fixed_parts: Collection[str] = ()) -> Eliminated:
     """A member on the model linearized at its fit; `fixed_parts`: those whose numbers stay as they are."""
-    matrix = member.fit.matrix.holding(numbers_of(fixed_parts))
+    matrix = member.fit.matrix
     names = numbers_of(part for part in PARTS if any(part in s for s in member.sets))
     tested = slots_of(names)
-    core = np.flatnonzero(matrix.active & ~np.isin(np.arange(len(matrix.values)), tested))
+    is_core = matrix.active.copy()
+    is_core[[*tested, *slots_of(numbers_of(fixed_parts))]] = False
+    core = np.flatnonzero(is_core)
     inverse = pseudo_inverse(matrix.block(core), _RANK)
     slope = inverse @ matrix.matrix[np.ix_(core, tested)]
     of_tested = matrix.matrix[np.ix_(tested, tested)] - matrix.matrix[np.ix_(tested, core)] @ slope
@@ -202,7 +204,7 @@ def _sets(
     absent = np.where(aside, values, 0.0)
     for parts in member.sets:
         free = np.isin(names, numbers_of(parts)) & ~np.isin(names, list(held))
-        step, spread, logarithm = _within(
+        step, spread, logarithm = optimum_with_priors(
             of_tested / variance, pull / variance, values, free, centre, 1 / sd**2, absent
         )
         shift = np.zeros(len(matrix.values))
@@ -215,31 +217,6 @@ def _sets(
         covariance[np.ix_(tested, core)] = -spread @ slope.T
         numbers = member.fit.numbers + shift[: len(NUMBERS)]
         yield _Set(member, parts, numbers, covariance, logarithm - 0.5 * member.misfit / variance)
-
-
-def _within(
-    matrix: np.ndarray,
-    pull: np.ndarray,
-    values: np.ndarray,
-    free: np.ndarray,
-    centre: np.ndarray,
-    precision: np.ndarray,
-    absent: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, float]:
-    """The step to a set's optimum, the covariance there, and the logarithm of its evidence, one constant left out.
-
-    The numbers that are not free go to `absent`. Of q(d) = -2 pull·d + dᵀ M d and the prior's (v + d - centre)²/sd².
-    """
-    step, spread = np.where(free, 0.0, absent - values), np.zeros_like(matrix)
-    inner = matrix[np.ix_(free, free)]
-    precise = inner + np.diag(precision[free])
-    target = pull[free] - matrix[np.ix_(free, ~free)] @ step[~free] + precision[free] * (centre - values)[free]
-    if free.any():
-        spread[np.ix_(free, free)] = inverse = np.linalg.inv(precise)
-        step[free] = inverse @ target
-    cost = step @ matrix @ step - 2 * pull @ step + float(precision[free] @ (values + step - centre)[free] ** 2)
-    determinant = float(np.linalg.slogdet(np.eye(free.sum()) + inner / precision[free])[1]) if free.any() else 0.0
-    return step, spread, -0.5 * (float(cost) + determinant)
 
 
 def variance_of(fit: Fitted) -> tuple[float, float]:

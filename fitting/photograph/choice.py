@@ -11,7 +11,8 @@ from fitting.parameters import slots_of
 from fitting.photo import Photograph
 from fitting.photograph.averaging import Average, Averaging, Member, variance_of
 from fitting.photograph.priors import CUT
-from fitting.photograph.selection import Complete, with_parts, with_trial
+from fitting.photograph.refit import with_parts, with_trial
+from fitting.photograph.selection import Complete
 from fitting.photograph.trials import Trials, without
 
 # The axis of a picture that may be cut counts where it may move the phase by so much [turns].

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fitting.parameters import lens_misfit
-from fitting.photo import Rings, evidence_of, find_rings, follow, pixels_of, resolving_view, view_of
+from fitting.photo import Rings, evidence_of, follow, pixels_of, resolving_view, search_of
 from fitting.photograph.second_look import rings_in_the_middle, rings_without_spots
 from fitting.photograph.task import Task
 from fitting.photograph.verdict import RefusedError
@@ -19,12 +19,14 @@ def find(task: Task) -> tuple[Task, Rings]:
 
     Raises RefusedError where nothing speaks for rings, or they are larger than the lens that makes them.
     """
-    photograph, coarse = task.photograph, view_of(task.photograph)
-    rings = follow(photograph, _given_rings(task)) if task.start else find_rings(photograph, coarse)
+    photograph, view = task.photograph, None
+    if task.start:
+        rings = follow(photograph, _given_rings(task))
+    else:
+        rings, view = search_of(photograph)
     # A bench may well make fringes of many beams, or slanted ones; and a person who gives a start has seen them.
     is_doubted = task.scene is None and not task.start
-    view = resolving_view(photograph, rings, coarse) if is_doubted else coarse
-    no_rings = evidence_of(photograph, rings, view).reason if is_doubted else None
+    no_rings = evidence_of(photograph, rings, resolving_view(photograph, rings, view)).reason if is_doubted else None
     x, y = pixels_of(photograph.mask)
     reach = float(np.hypot(x - rings.centre[0], y - rings.centre[1]).max())
     if rings.match >= _LEAST_MATCH and (reason := lens_misfit(task.quantities, rings.scale, reach)):

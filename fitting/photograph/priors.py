@@ -165,3 +165,28 @@ def forced_parts(stated: Mapping[str, StatedPrior]) -> dict[str, bool]:
         if part in forced or any(name in stated for name in parameters_beside_axis(part)):
             forced |= dict.fromkeys((part, *PARTS[part].needs), True)
     return forced
+
+
+def optimum_with_priors(
+    matrix: np.ndarray,
+    pull: np.ndarray,
+    values: np.ndarray,
+    free: np.ndarray,
+    centre: np.ndarray,
+    precision: np.ndarray,
+    absent: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """The step to a set's optimum, the covariance there, and the logarithm of its evidence, one constant left out.
+
+    The numbers that are not free go to `absent`. Of q(d) = -2 pull·d + dᵀ M d and the prior's (v + d - centre)²/sd².
+    """
+    step, spread = np.where(free, 0.0, absent - values), np.zeros_like(matrix)
+    inner = matrix[np.ix_(free, free)]
+    precise = inner + np.diag(precision[free])
+    target = pull[free] - matrix[np.ix_(free, ~free)] @ step[~free] + precision[free] * (centre - values)[free]
+    if free.any():
+        spread[np.ix_(free, free)] = inverse = np.linalg.inv(precise)
+        step[free] = inverse @ target
+    cost = step @ matrix @ step - 2 * pull @ step + float(precision[free] @ (values + step - centre)[free] ** 2)
+    determinant = float(np.linalg.slogdet(np.eye(free.sum()) + inner / precision[free])[1]) if free.any() else 0.0
+    return step, spread, -0.5 * (float(cost) + determinant)

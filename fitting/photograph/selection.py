@@ -11,11 +11,10 @@ import numpy as np
 from fitting.estimate import (
     FEW,
     Fitted,
-    robust_fit,
 )
 from fitting.model import PARTS, SEARCHED, WARPS
 from fitting.photo import Photograph
-from fitting.photograph.averaging import Parts, sets_of, step_to_parts, variance_of
+from fitting.photograph.averaging import Parts, sets_of, step_to_parts
 from fitting.photograph.contact_search import (
     Rival,
     is_open,
@@ -26,8 +25,9 @@ from fitting.photograph.contact_search import (
     without_promise,
 )
 from fitting.photograph.priors import Priors
+from fitting.photograph.refit import with_parts, with_trial
 from fitting.photograph.task import Task
-from fitting.photograph.trials import Trial, Trials, without
+from fitting.photograph.trials import Trial, Trials
 from newtonjax.numerics import Statement
 
 # Share of the variance that no photograph leaves so little of: the rounding of 8 bits alone leaves ten times as much.
@@ -128,34 +128,6 @@ def _with_rival(complete: Complete, trials: Trials, rival: Rival) -> Complete:
 def _without_parts(plain: Fitted, photograph: Photograph, priors: Priors) -> Complete:
     """A fit that no part is tried beside."""
     return Complete(plain, sets_of(()), priors, {}, photograph)
-
-
-def with_trial(trials: Trials, best: Trial, evidence: dict[str, str]) -> Fitted:
-    """The robust fit with a trial's parts; where it does not converge, without the last of the warps."""
-    plain, parts, numbers = trials.fitted, best.parts, best.numbers
-    variance = variance_of(plain)[0] * trials.variance_of(best) / trials.variance
-    while True:
-        fit = with_parts(plain, parts, numbers, trials.priors, variance)
-        if not parts:
-            # The trials may have met rings that the plain fit has missed.
-            better = fit.converged and fit.explained > plain.explained
-            return fit if better or not plain.converged else plain
-        if fit.converged:
-            return fit
-        warps = [part for part in WARPS if part in parts]
-        last = warps[-1] if warps else parts[-1]
-        evidence[last] = "dropped: least squares did not converge with it"
-        parts = tuple(part for part in parts if part != last)
-        numbers = without(numbers, parts)
-
-
-def with_parts(
-    plain: Fitted, parts: tuple[str, ...], numbers: np.ndarray, priors: Priors, variance: float | None = None
-) -> Fitted:
-    """The robust fit with parts; `variance`: of the light per unit weight, that of the plain fit unless given."""
-    variance = variance_of(plain)[0] if variance is None else variance
-    prior = priors.of(parts, numbers, variance)
-    return robust_fit(plain.model, plain.reduced, [numbers], plain.fixed, parts, prior, is_near=True)
 
 
 def _unfitted(wishes: dict[str, bool], best: Trial) -> dict[str, str]:

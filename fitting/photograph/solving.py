@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fitting.estimate import Fitted, finely, frame_on, robust_fit, sharpened
-from fitting.model import AXIS, GapModel, Microscope, microscope_on, scene_start
+from fitting.model import AXIS, GapModel, Microscope, microscope_on, plate_curvature, scene_start, sphere_of
 from fitting.parameters import Numbers, held_turns
 from fitting.photo import Photograph, Rings, block_size, pixels_of, reduce, settled
 from fitting.photograph.choice import Choice, averaged
@@ -66,7 +66,7 @@ def _plain(task: Task, rings: Rings, before: Fitted | None = None) -> Fitted:
         starts[0] = before.numbers
     given = task.quantities
     side = Microscope(touching=task.contact_phase, modulo=float("gap" not in fixed))
-    model = GapModel(frame_on(reduced.grid, start), given.sphere(rings.scale), given.plate_curvature)
+    model = GapModel(frame_on(reduced.grid, start), sphere_of(given, rings.scale), plate_curvature(given))
     model = replace(model, microscope=microscope_on(given, numbers, frame, side))
     return finely(robust_fit(model, reduced, starts, fixed), photograph)
 

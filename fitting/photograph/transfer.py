@@ -9,7 +9,8 @@ from fitting.estimate import SIZES, Fitted, correlation
 from fitting.model import SEARCHED, gap_phase
 from fitting.photo import Photograph, reduce, thin
 from fitting.photograph.averaging import variance_of
-from fitting.photograph.selection import Complete, with_parts
+from fitting.photograph.refit import with_parts
+from fitting.photograph.selection import Complete
 from fitting.reasons import Reason
 
 _PIXELS = 30_000

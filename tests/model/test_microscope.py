@@ -12,7 +12,7 @@ from rings_data import WAVELENGTH, added_path
 import fitting
 import newtonjax as nj
 from fitting.estimate import frame_on
-from fitting.model import GapModel, Microscope, gap_phase, microscope, microscope_on
+from fitting.model import GapModel, Microscope, gap_phase, microscope, microscope_on, plate_curvature, sphere_of
 from fitting.parameters import NUMBERS, Numbers, checked_plate, quantities
 from fitting.photo import Grid
 
@@ -105,7 +105,7 @@ def test_phase_and_derivatives_are_those_of_jax_and_of_differences(unknown, plat
     at_start = Numbers(ORDERS * UNIT**2, 0.1, -0.2, 0.6)
     side = Microscope(touching=0.5 if view == "reflected" else 0.0)
     seen = microscope_on(known, at_start, FRAME, side)
-    model = GapModel(FRAME, known.sphere(ORDERS), known.plate_curvature, seen)
+    model = GapModel(FRAME, sphere_of(known, ORDERS), plate_curvature(known), seen)
     values = Numbers(1.003 * ORDERS * UNIT**2, 0.1, -0.2, 0.62, 0.1, -0.05, 0.02, 0.03, 0.01)
     numbers, x, y = np.array(values), FRAME.x, FRAME.y
     turns, slopes = gap_phase.phase_and_slopes(model, x, y, numbers)
@@ -131,7 +131,7 @@ def test_the_view_follows_the_number_that_is_measured(unknown):
     side, added = Microscope(touching=0.5), []
     for numbers in (at_number, at_start):
         seen = microscope_on(known, numbers, FRAME, side)
-        model = GapModel(FRAME, known.sphere(ORDERS), 0.0, seen)
+        model = GapModel(FRAME, sphere_of(known, ORDERS), 0.0, seen)
         plain = replace(model, microscope=side)
         phases = (gap_phase.phase(at, FRAME.x, FRAME.y, np.array(at_number)) for at in (model, plain))
         added.append(np.subtract(*phases))
