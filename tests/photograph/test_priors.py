@@ -7,7 +7,7 @@ import pytest
 from rings_data import WAVELENGTH
 
 import fitting
-from fitting.shell import assignments, fit_arguments
+from fitting.shell import assignments, fit_arguments, fit_verb
 
 GIVEN = {"wavelength": WAVELENGTH, "pixel_size": 2e-5, "view": "reflected"}
 SHAPE, ORDERS, KAPPA = (300, 400), 14.0, -0.08
