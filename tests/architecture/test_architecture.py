@@ -177,7 +177,7 @@ def test_no_comprehension_has_three_levels(name):
 # As far as it has come: docs/extending.md says what the limit is. Wanted were 45 and 20, for half the functions.
 # 142 and 72 before the answer became a mean over sets of parts: priors, averages, clusters and starts on the phase are
 # stations of their own; and 173 before the further lines of a lamp were one.
-STOPS, RETURNS = 124, 45
+STOPS, RETURNS = 125, 46
 FOLLOW = "import sys; sys.path.insert(0, sys.argv[1]); import counting, pathlib; "
 
 
