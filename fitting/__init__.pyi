@@ -3,8 +3,10 @@
 from fitting.batches import Batch as Batch
 from fitting.colour import ColourReason as ColourReason
 from fitting.irregularity import Form as Form
+from fitting.irregularity import PlateTest as PlateTest
 from fitting.irregularity import WedgePhoto as WedgePhoto
 from fitting.irregularity import form as form
+from fitting.irregularity import plate_test as plate_test
 from fitting.irregularity import wedge_photo as wedge_photo
 from fitting.parameters import Parameter as Parameter
 from fitting.photo import Photograph as Photograph
@@ -16,6 +18,7 @@ from fitting.photograph import fit as fit
 from fitting.photograph import fit_stack as fit_stack
 from fitting.photograph import fit_together as fit_together
 from fitting.photograph import ratio as ratio
+from fitting.plate_reasons import PlateReason as PlateReason
 from fitting.reasons import Reason as Reason
 from fitting.reticle import Scale as Scale
 from fitting.reticle import scale as scale

@@ -12,6 +12,8 @@ from fitting.irregularity.frames import Frames
 from fitting.irregularity.zernike import terms_at
 
 _STEPS, _STILL = 25, 1e-5
+# The fit has converged where a step would lower chi-squared by no more.
+_NOTHING = 1e-3
 # Added to a pixel's mean light, as a share of that of all.
 _FLOOR = 0.05
 # Piston and two tilts, of each frame.
@@ -47,6 +49,10 @@ def fit_frames(frames: Frames, form: np.ndarray, steps: np.ndarray) -> FramesFit
         matrix, slope = state.normal()
         scaled = matrix + damping * np.diag(np.diag(matrix))
         step = np.linalg.lstsq(scaled, slope, rcond=1e-12)[0]
+        # Single precision does not show so small a gain in the sum of squares.
+        if float(step @ slope) < _NOTHING * state.square / state.residual.size:
+            converged = True
+            break
         trial = state.moved(step)
         if trial.square > state.square * (1 + 1e-9):
             damping = min(100 * damping, 1e3)

@@ -19,6 +19,7 @@ from fitting.shell.form_command import form
 from fitting.shell.measuring_verbs import compare, fit, rings, scale
 from fitting.shell.options import Bits, Epsilon, Force, ScreenPixel, Shape, before_a_verb
 from fitting.shell.study_verbs import design, sensitivity, tradeoff
+from fitting.shell.testplate_command import plate
 from fitting.shell.together_command import together
 from fitting.shell.wedge_command import wedge
 from fitting.studies import exit_status
@@ -143,6 +144,7 @@ def render(
 
 app.callback()(before_a_verb)
 app.command("app")(page)
+app.command("testplate")(plate)
 for measuring in (fit, batch, together, form, scale, rings, wedge, compare):
     app.command()(measuring)
 for study in (tradeoff, sensitivity, design):

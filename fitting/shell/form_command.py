@@ -21,7 +21,7 @@ from fitting.shell.options import (
 )
 
 
-def _circle(text: str) -> tuple[float, float, float]:
+def circle(text: str) -> tuple[float, float, float]:
     """Column, row and radius of "512,500,480". Raises ValueError for anything else."""
     parts = text.split(",")
     if len(parts) != 3:
@@ -44,7 +44,7 @@ def form(
         option(quantities.length, "LENGTH", "Radius of the reference, positive where it is hollow.", "flat"),
     ] = None,
     pupil: Annotated[
-        tuple | None, option(_circle, "X,Y,R", "The aperture: its centre and radius in pixels.", "looked for")
+        tuple | None, option(circle, "X,Y,R", "The aperture: its centre and radius in pixels.", "looked for")
     ] = None,
     pupil_sd: Annotated[float | None, typer.Option(help="Standard deviation of the aperture's rim, in pixels.")] = None,
     terms: Annotated[

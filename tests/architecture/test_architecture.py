@@ -27,6 +27,7 @@ NO_ROOM = {
     "newtonjax.doors",
     "fitting.reasons",
     "fitting.sheet_reasons",
+    "fitting.plate_reasons",
     "fitting.pieces",
     "fitting.wordings",
 }

@@ -12,12 +12,13 @@ from test_architecture import ROOT
 import fitting
 from fitting.colour import ColourReason
 from fitting.pieces import Piece
+from fitting.plate_reasons import PlateReason
 from fitting.reasons import Reason
 from fitting.sheet_reasons import SheetReason
 from newtonjax import PlanReason
 
 TREES = Source(ROOT).trees
-KINDS = (Reason, ColourReason, SheetReason, Piece, PlanReason)
+KINDS = (Reason, ColourReason, SheetReason, PlateReason, Piece, PlanReason)
 MEMBERS = {f"{kind.__name__}.{name}": member for kind in KINDS for name, member in kind.__members__.items()}
 # What makes a result of a status and a message.
 RESULTS = ("FitResult", "FrameFit", "RingsResult", "Scale", "Form", "RefusedError", "LostError", "UndeterminedError")

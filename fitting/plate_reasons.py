@@ -1,0 +1,37 @@
+"""Sentences of test plates. As in `fitting.reasons`."""
+
+from enum import unique
+
+from newtonjax.numerics import Wording
+
+
+@unique
+class PlateReason(Wording):
+    """Sentences of `message` and `warnings` by name."""
+
+    PLATE_UNDETERMINED = (
+        "this picture has too few fringes: power is determined to ±{power:.2g} and irregularity to ±{irregularity:.2g} "
+        "fringe, at most {most:g} is allowed; {remedy}"
+    )
+    PLATE_RIVALS = (
+        "{count} further forms explain this picture equally well, with powers of {powers} fringes against {power:.3g}; "
+        "{remedy}"
+    )
+    PLATE_NOT_EXPLAINED = (
+        "no form was found: the best one leaves {unexplained:.0%} of the fringes unexplained, at most {most:.0%} is "
+        "allowed; mask what is no fringe, give pupil, or {remedy}"
+    )
+    PLATE_REMEDY = (
+        "give one of: three pictures, each pressed by about a third of a fringe more than the last one; a picture with "
+        "3 fringes of tilt and more; a picture of the light without fringes (light_picture)"
+    )
+    PLATE_SIGN_OPEN = (
+        "the sign of power is open, and shown positive: say which way the rings move when the plate is pressed "
+        "(rings_move)"
+    )
+    PLATE_SIGN_CONTRADICTS = (
+        "the order of the pictures, each pressed more than the last one, gives power the other sign than rings_move, "
+        "which is followed: check both"
+    )
+    PLATE_NO_RADIUS = "the radius of the part needs {missing}"
+    PLATE_LIGHT_DARK = "the picture of the light is dark in {share:.0%} of the aperture; these pixels are left out"

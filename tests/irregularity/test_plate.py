@@ -1,0 +1,154 @@
+"""Parts under a test plate: right and covered by few fringes, or a request; sign, radius, files, pages."""
+
+import json
+
+import imageio.v3 as iio
+import numpy as np
+import pytest
+
+import fitting
+from experiments.truth.plate_pictures import LOOK, POWER, lamp_picture, plate_picture, pressed_pictures, random_part
+from experiments.truth.plates import case
+from fitting.irregularity.plate_radius import PlateLengths, part_radius
+from fitting.shell.cli import main
+
+LOOK = LOOK._replace(size=160)
+LENGTHS = {"plate_radius": 0.25, "wavelength": 546.1e-9, "diameter": 0.05}
+
+
+def picture_of(power: float, irregularity: float, seed: int, tilt: float = 0.5):
+    rng = np.random.default_rng(seed)
+    form = random_part(power, irregularity, rng, tilt)
+    return form, plate_picture(form, rng, LOOK)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    form, picture = picture_of(1.0, 0.1, 3)
+    return form, picture
+
+
+@pytest.fixture(scope="module")
+def result(scene):
+    return fitting.plate_test(scene[1].image, pupil=scene[1].pupil, rings_move="outwards", **LENGTHS)
+
+
+@pytest.mark.parametrize(("power", "irregularity"), [(0.3, 0.1), (1.0, 0.02), (3.0, 0.3), (10.0, 0.1)])
+def test_power_and_irregularity_are_right_or_asked_for(power, irregularity):
+    outcome = case("one picture", power, irregularity, 1)
+    assert outcome["outcome"] == "answered"
+    # Of two normal errors one exceeds 4 deviations once in 8000 pictures.
+    assert np.abs(outcome["pulls"]).max() < 4
+
+
+def test_light_and_form_that_are_one_picture_are_refused_with_the_request_and_a_picture_of_the_light_helps():
+    rng, look = np.random.default_rng(1), LOOK._replace(noise=0.1)
+    form = random_part(0.3, 0.02, rng, tilt=0.1)
+    picture = plate_picture(form, rng, look)
+    refused = fitting.plate_test(picture.image, pupil=picture.pupil)
+    assert (refused.status, refused.reason) == ("refused", "PLATE_UNDETERMINED")
+    assert "a picture of the light without fringes" in refused.message
+    assert refused.power is None
+    lamp = lamp_picture(picture.light, rng, LOOK)
+    answer = fitting.plate_test(picture.image, pupil=picture.pupil, light_picture=lamp)
+    assert answer.status == "ok", answer.message
+    assert abs(answer.power[0] - 0.3) < min(0.05, 4 * answer.power[1])
+    assert np.linalg.norm(form[4:]) == pytest.approx(answer.irregularity_rms[0], abs=0.05)
+
+
+def test_three_pressed_pictures_give_the_form_and_its_sign():
+    for seed in (1, 2):
+        rng = np.random.default_rng(seed)
+        form = random_part(0.3, 0.05, rng)
+        pictures = pressed_pictures(form, rng, LOOK)
+        answer = fitting.plate_test([picture.image for picture in pictures], pupil=pictures[0].pupil)
+        assert answer.status == "ok"
+        assert answer.power[0] == pytest.approx(POWER * form[3], abs=4 * answer.power[1])
+        assert "PLATE_SIGN_OPEN" not in answer.warning_codes
+        assert np.all(np.diff(answer.form.steps) % 1 > 0.5)
+    move = "inwards" if form[3] > 0 else "outwards"
+    images = [picture.image for picture in pictures]
+    assert (
+        "PLATE_SIGN_CONTRADICTS" in fitting.plate_test(images, pupil=pictures[0].pupil, rings_move=move).warning_codes
+    )
+
+
+def test_the_sign_is_open_unless_the_user_says_how_rings_move(scene, result):
+    _, picture = scene
+    unsigned = fitting.plate_test(picture.image, pupil=picture.pupil)
+    assert "PLATE_SIGN_OPEN" in unsigned.warning_codes
+    assert unsigned.part is None
+    inwards = fitting.plate_test(picture.image, pupil=picture.pupil, rings_move="inwards", **LENGTHS)
+    assert (result.power[0], inwards.power[0]) == (unsigned.power[0], -unsigned.power[0])
+    # The gap that grows outwards is that of a convex part of the smaller radius.
+    assert result.part.radius < 0.25 < inwards.part.radius
+
+
+def test_the_radius_of_a_part_is_that_of_two_spheres():
+    # Sags of spheres of 250 mm and 249.9 mm at the rim of 20 mm, in fringes of λ/2.
+    sag = [radius - np.sqrt(radius**2 - 0.01**2) for radius in (0.25, 0.2499)]
+    power = (sag[1] - sag[0]) / (546.1e-9 / 2)
+    part = part_radius(PlateLengths(0.25, 1e-4, 546.1e-9, 0.0, 0.02, 0.0), power, 0.01)
+    assert part.difference == pytest.approx(-1e-4, abs=part.difference_sd)
+    assert part.radius_sd == pytest.approx(1e-4, rel=0.02)
+    assert dict(part.budget)["power"] == pytest.approx(546.1e-9 * 0.01 / 0.01**2 * 0.2499**2, rel=1e-3)
+    convex_plate = part_radius(PlateLengths(-0.25, 1e-4, 546.1e-9, 0.0, 0.02, 0.0), power, 0.01)
+    assert convex_plate.radius == pytest.approx(-0.2501, abs=1e-6)
+
+
+def test_dark_lines_of_the_form_lie_on_the_dark_fringes(scene, result):
+    _, picture = scene
+    axes = result.figure().axes
+    assert len(axes) == 6
+    assert result.visibility == pytest.approx(LOOK.visibility, abs=0.05)
+    assert picture.image.shape == result.form.photograph.image.shape
+
+
+def test_a_result_is_kept_in_a_file(result, tmp_path):
+    result.save(tmp_path / "plate.json")
+    loaded = fitting.PlateTest.load(tmp_path / "plate.json")
+    assert loaded == result
+    assert loaded.report() == result.report()
+    assert loaded.parameters["radius"].unit == "m"
+    assert "power" in repr(result)
+
+
+@pytest.mark.parametrize(
+    ("image", "reason"),
+    [
+        (np.ones((120, 120)), "UNIFORM"),
+        (np.random.default_rng(0).normal(1.0, 0.3, (120, 120)), "PLATE_UNDETERMINED"),
+    ],
+)
+def test_what_is_no_picture_of_a_part_is_refused(image, reason):
+    assert fitting.plate_test(image, pupil=(59.5, 59.5, 55.0)).reason == reason
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"rings_move": "up"}, "rings_move is 'up'; allowed: outwards, inwards"),
+        ({"plate_radius": 0.0}, "plate_radius is 0.0; allowed"),
+        ({"plate_radius": 0.02, "diameter": 0.05}, "diameter is 0.05; allowed: 1e-5 to 0.04 m"),
+        ({"light_picture": np.eye(40)}, "give one of the same camera"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused_in_one_line(scene, options, message):
+    with pytest.raises(ValueError, match=message):
+        fitting.plate_test(scene[1].image, pupil=scene[1].pupil, **options)
+
+
+def test_the_verb_writes_its_answer_and_a_page(scene, tmp_path, capsys):
+    _, picture = scene
+    file = tmp_path / "plate.png"
+    iio.imwrite(file, np.uint8(np.clip(110 * picture.image, 0, 255)))
+    circle = ",".join(f"{number:g}" for number in picture.pupil)
+    words = ["--plate-radius", "250mm", "--wavelength", "546.1nm", "--diameter", "50mm", "--transfer", "linear"]
+    command = ["testplate", str(file), *words, "--pupil", circle, "--rings-move", "outwards", "--json", "-"]
+    assert main([*command, "--output-dir", str(tmp_path / "out")]) == 0, capsys.readouterr().err
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["power_fringe"] == pytest.approx(1.0, abs=0.05)
+    assert answer["radius_m"] == pytest.approx(0.24995, abs=1e-5)
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "Budget of radius [m]" in page
+    assert (tmp_path / "out" / "map.csv").exists()
