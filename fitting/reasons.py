@@ -7,7 +7,7 @@ the syntax of `str.format`, and may be put better. A translation is a table from
 
 from enum import unique
 
-from fitting.wordings import FormWords, GridWords, StudyWords, TogetherWords
+from fitting.wordings import BeamWords, FormWords, GridWords, StudyWords, TogetherWords
 from newtonjax.numerics import Wording
 
 
@@ -42,11 +42,9 @@ class Reason(Wording):
         "their phase from place to place, and neighbouring places agree to {coherence:.0%}; at least {least:.0%} of "
         "both is required where rings explain so little"
     )
-    MANY_BEAMS = (
-        "these fringes are not of two beams: their second and third harmonics are {second:.2f} and {third:.2f} of "
-        "their amplitude, whatever the camera's exponent; at most {most_second} and {most_third} are allowed "
-        "(Fabry-Perot rings are as sharp)"
-    )
+    MANY_BEAMS = BeamWords.MANY_BEAMS
+    MANY_BEAM_RINGS = BeamWords.MANY_BEAM_RINGS
+    SHARP_RINGS_MISFIT = BeamWords.SHARP_RINGS_MISFIT
     SPOTS_LEFT_OUT = "{share:.0%} of the field is darker or brighter than fringes (dust, a crosshair): left out"
     MIDDLE_ONLY = "rings are seen in the middle of the picture only: what lies further out was left out"
     LENS_SMALLER_THAN_FIELD = (

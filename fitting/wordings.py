@@ -1,6 +1,25 @@
 """Templates of sentences in `reasons.py`, by subject, where that table would be too long with them."""
 
 
+class BeamWords:
+    """Of rings of many beams."""
+
+    MANY_BEAMS = (
+        "these fringes are not of two beams: their second and third harmonics are {second:.2f} and {third:.2f} of "
+        "their amplitude, whatever the camera's exponent; at most {most_second} and {most_third} are allowed "
+        "(Fabry-Perot rings are as sharp)"
+    )
+    MANY_BEAM_RINGS = (
+        "rings of many beams: finesse {finesse}, fringe scale {scale}. They give no radius, since an etalon makes the "
+        "same ones; if they are Newton's rings between coated faces, give that bench, such as "
+        "scene=newton_rings(lens_coating='mirror:50%', plate_coating='mirror:50%')"
+    )
+    SHARP_RINGS_MISFIT = (
+        "rings of many beams explain {explained:.0%} of the image's variance; at least {least:.0%} is required where a "
+        "bench with coated faces, or all orders, is given"
+    )
+
+
 class StudyWords:
     """Of draws from a posterior, and of studies of a bench."""
 

@@ -82,6 +82,7 @@ _SPECS = (
     ParameterSpec("radius_across", "R₂", "m", RADIUS[:2], True),
     ParameterSpec("astigmatism_axis", "α", "rad"),
     ParameterSpec("fringe_scale", "n s²/(R λ)", "per_px2", (0.0, float("inf"))),
+    ParameterSpec("finesse", "N", positive=True),
     ParameterSpec("contact_radius", "a", "m", (0.0, float("inf"))),
     # Of the parts of a fit, in the order of its vector. Bounds: cos θ = 0.67 of a view, 15 % at the rim of the field of
     # a distortion (eyepieces reach 10 %), a disc of half the half diagonal.

@@ -1,6 +1,7 @@
 """From a file to light, mask and block means; and rings in it without a start, and what speaks for them."""
 
 from fitting.photo.codes import thin as thin
+from fitting.photo.evidence import RingEvidence as RingEvidence
 from fitting.photo.evidence import evidence_of as evidence_of
 from fitting.photo.evidence import median as median
 from fitting.photo.evidence import noise_variance as noise_variance

@@ -28,8 +28,8 @@ _NO_MATCH, _MATCH = 0.2, 0.42
 # White noise is taken off up to this share of the variance; then rings take so much of the rest.
 _MOST_NOISE, _CLEAR = 0.9, 0.85
 # Harmonics that no power law of a camera leaves of two beams' fringes: rings have up to 0.07, Fabry and Perot's 0.43
-# and 0.2.
-_SECOND, _THIRD = 0.2, 0.12
+# and 0.2; made ones of a finesse of 3 have 0.25 where they are bright, -0.15 where they are dark.
+_SECOND, _THIRD = 0.14, 0.12
 # Share of both below which no exponent of the light need be looked for.
 _SMALL = 0.75
 # Harmonics are judged where more than this share of the lit pixels is not saturated.

@@ -7,6 +7,7 @@ import numpy as np
 from fitting.parameters import lens_misfit
 from fitting.photo import Rings, evidence_of, follow, pixels_of, resolving_view, search_of
 from fitting.photograph.second_look import rings_in_the_middle, rings_without_spots
+from fitting.photograph.sharp_rings import refusal_of_sharp_rings
 from fitting.photograph.task import Task
 from fitting.photograph.verdict import RefusedError
 
@@ -26,12 +27,14 @@ def find(task: Task) -> tuple[Task, Rings]:
         rings, view = search_of(photograph)
     # A bench may well make fringes of many beams, or slanted ones; and a person who gives a start has seen them.
     is_doubted = task.scene is None and not task.start
-    no_rings = evidence_of(photograph, rings, resolving_view(photograph, rings, view)).reason if is_doubted else None
+    evidence = evidence_of(photograph, rings, resolving_view(photograph, rings, view)) if is_doubted else None
     x, y = pixels_of(photograph.mask)
     reach = float(np.hypot(x - rings.centre[0], y - rings.centre[1]).max())
     if rings.match >= _LEAST_MATCH and (reason := lens_misfit(task.quantities, rings.scale, reach)):
         raise RefusedError(reason, photograph)
-    if no_rings:
+    if evidence is not None and (no_rings := evidence.reason):
+        if refusal := refusal_of_sharp_rings(task, rings, evidence):
+            raise refusal
         clearer = rings_without_spots(photograph) or rings_in_the_middle(photograph)
         if clearer is None:
             raise RefusedError(no_rings, photograph)

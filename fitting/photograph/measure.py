@@ -22,6 +22,7 @@ from fitting.photograph.further_lines import further_lines
 from fitting.photograph.light import with_richer_light
 from fitting.photograph.light_words import light_of
 from fitting.photograph.result import FitResult
+from fitting.photograph.sharp_rings import result_of_coated_bench
 from fitting.photograph.solving import solve, solve_bench
 from fitting.photograph.summary import report
 from fitting.photograph.task import task_of
@@ -122,6 +123,8 @@ def fit(
         # Reading has loaded SciPy, whose threads are to be limited too.
         with x64(runs_programs=scene is not None), one_blas_thread(), progress_of(progress, "fitting") as done:
             done(1, 4)
+            if task.scene is not None and task.scene.all_orders is not None:
+                return result_of_coated_bench(task, began)
             task, rings = find(task)
             done(2, 4)
             if light_given is not None:
@@ -141,4 +144,5 @@ def fit(
             return result
     except RefusedError as refusal:
         seconds = time.perf_counter() - began
-        return FitResult("refused", refusal.reason, warnings=list(refusal.photograph.warnings), seconds=seconds)
+        warnings, parameters = list(refusal.photograph.warnings), refusal.parameters
+        return FitResult("refused", refusal.reason, warnings=warnings, parameters=parameters, seconds=seconds)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from fitting.estimate import FEW, SHAPES, Fitted, correlation
-from fitting.parameters import Numbers
+from fitting.parameters import Numbers, Parameter
 from fitting.photo import Photograph, Rings, block_means, noise_variance, pixels_of, plane_wave, view_of
 from fitting.reasons import Reason
 from newtonjax.numerics import Statement
@@ -32,11 +32,11 @@ _WIDE, _LARGE = 10.0, 64
 
 
 class RefusedError(Exception):
-    """A photograph of which no radius can be had: why, and the photograph as far as it was read."""
+    """A photograph of which no radius can be had: why, the photograph as far as it was read, and what was measured."""
 
-    def __init__(self, reason: Statement, photograph: Photograph):
+    def __init__(self, reason: Statement, photograph: Photograph, parameters: dict[str, Parameter] | None = None):
         super().__init__(reason)
-        self.reason, self.photograph = reason, photograph
+        self.reason, self.photograph, self.parameters = reason, photograph, parameters or {}
 
 
 def judge(found: Fitted, photograph: Photograph, rings: Rings, guided: bool = False) -> Statement | None:

@@ -1,0 +1,228 @@
+"""Rings of many beams: how sharp they are and how they are spaced, and no radius.
+
+The light is B + A Σ ρ^m exp(-m² g² / 2) cos(2π m φ) over m from 1 on, Airy's sum (Born and Wolf, Principles of Optics,
+section 7.6.1) of lines of a width g, with polynomials B and A over the field. The phase φ is k u, u the squared
+distance from a centre, with what cameras and etalons add: ellipse, powers of u, coma. One picture does not separate ρ
+from g; and the scale k at the centre is only as good as these terms, so its deviation is that between their choices.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+from numpy.polynomial.polynomial import polyvander2d
+from scipy.optimize import least_squares
+
+from fitting.photo import Photograph, Rings, view_of
+
+# Pixels that are looked at: to find the sharpness, and to measure.
+_FEW_PIXELS, _PIXELS = 3000, 12_000
+# Ratios of neighbouring harmonics from which the fit starts, one after the other.
+_STARTS = (0.35, 0.6, 0.8, 0.9)
+_MOST_SHARP = 0.995
+# Harmonics of lines that have a width.
+_HARMONICS = 60
+# Numbers of the model, in units of the half diagonal of the field, in their order.
+_NAMES = (
+    "log_scale", "centre_x", "centre_y", "phase", "ratio", "stretch", "shear", "u2", "u3", "coma_x", "coma_y", "width",
+)  # fmt: skip
+_ROUND, _ELLIPSE = _NAMES[:4], _NAMES[:8]
+# Choices of phase and light: what is free, and the degree of B and A. The first one is stated.
+_CHOICES = (
+    (_ELLIPSE, 4),
+    (_ELLIPSE, 2),
+    ((*_ELLIPSE, "u3"), 4),
+    ((*_ELLIPSE, "coma_x", "coma_y"), 4),
+    ((*_ELLIPSE, "width"), 4),
+)
+# Half of the waveform's period is looked at in so many steps.
+_STEPS = 4001
+
+
+class ManyBeams(NamedTuple):
+    """Rings of many beams in a photograph.
+
+    - `finesse`: distance of rings over their full width half way between their brightest and darkest, with its sd.
+    - `scale`: n s² / (R λ) if they are Newton's rings of one round trip [turns per px²], with its standard deviation.
+    - `centre` (x, y) [px]; `explained`: share of the variance about smooth light; `ratio`: of neighbouring harmonics.
+    """
+
+    finesse: float
+    finesse_sd: float
+    scale: float
+    scale_sd: float
+    centre: tuple[float, float]
+    explained: float
+    ratio: float
+
+
+class _Pixels(NamedTuple):
+    """Some pixels: light, places in half diagonals from the middle, and the polynomials there."""
+
+    light: Float[np.ndarray, " pixels"]
+    x: Float[np.ndarray, " pixels"]
+    y: Float[np.ndarray, " pixels"]
+    unit: float
+    middle: tuple[float, float]
+
+    def first(self, count: int) -> "_Pixels":
+        return self._replace(light=self.light[:count], x=self.x[:count], y=self.y[:count])
+
+    def polynomials(self, degree: int) -> Float[np.ndarray, "pixels terms"]:
+        pairs = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
+        every = polyvander2d(self.x, self.y, (degree, degree))
+        return every[:, [i * (degree + 1) + j for i, j in pairs]]
+
+
+class _Optimum(NamedTuple):
+    """Where a fit ended: its numbers, their covariance where they are free, and the share of variance explained."""
+
+    numbers: dict[str, float]
+    free: tuple[str, ...]
+    covariance: Float[np.ndarray, "free free"]
+    cost: float
+    explained: float
+
+    def variance(self, name: str) -> float:
+        at = self.free.index(name)
+        return float(self.covariance[at, at])
+
+
+def explained_by_sharp_rings(photograph: Photograph, rings: Rings) -> float:
+    """Share of the variance about smooth light that rings of many beams take, of a few pixels."""
+    pixels = _pixels_of(photograph).first(_FEW_PIXELS)
+    return _optimum(pixels, _sharpened(pixels, _start(pixels, rings)), _ELLIPSE, 2).explained
+
+
+def many_beams(photograph: Photograph, rings: Rings, with_another_curve: Photograph | None = None) -> ManyBeams:
+    """The sharpness and the scale of rings of many beams near the rings that a search found.
+
+    `with_another_curve`: the same photograph by another curve of the camera that may be its own: half of what that
+    changes is in the deviations.
+    """
+    pixels = _pixels_of(photograph)
+    start = _sharpened(pixels.first(_FEW_PIXELS), _start(pixels, rings))
+    optima = [_optimum(pixels, start, *choice) for choice in _CHOICES]
+    stated = optima[0]
+    scales = np.array([optimum.numbers["log_scale"] for optimum in optima])
+    finesses = np.array([_finesse(optimum.numbers) for optimum in optima])
+    curves = _other_curve(with_another_curve, stated)
+    log_sd = np.sqrt(stated.variance("log_scale") + _spread(scales) ** 2 + curves[0] ** 2)
+    step = 1e-4
+    slope = (_finesse({**stated.numbers, "ratio": stated.numbers["ratio"] + step}) - finesses[0]) / step
+    finesse_sd = np.sqrt(slope**2 * stated.variance("ratio") + _spread(finesses) ** 2 + curves[1] ** 2)
+    scale = float(np.exp(scales[0])) / pixels.unit**2
+    x, y = (m + pixels.unit * stated.numbers[f"centre_{axis}"] for axis, m in zip("xy", pixels.middle, strict=True))
+    return ManyBeams(
+        float(finesses[0]),
+        float(finesse_sd),
+        scale,
+        scale * float(log_sd),
+        (float(x), float(y)),
+        stated.explained,
+        stated.numbers["ratio"],
+    )
+
+
+def _other_curve(photograph: Photograph | None, stated: _Optimum) -> tuple[float, float]:
+    """Half of what another curve of the camera changes: of the logarithm of the scale, and of the finesse."""
+    if photograph is None:
+        return 0.0, 0.0
+    numbers = _optimum(_pixels_of(photograph), stated.numbers, *_CHOICES[0]).numbers
+    change = numbers["log_scale"] - stated.numbers["log_scale"]
+    return change / 2, (_finesse(numbers) - _finesse(stated.numbers)) / 2
+
+
+def _spread(values: np.ndarray) -> float:
+    """Of other choices about the stated one, which comes first."""
+    return float(np.sqrt(np.mean((values[1:] - values[0]) ** 2)))
+
+
+def _pixels_of(photograph: Photograph) -> _Pixels:
+    """Unsaturated pixels, spread over the field by chance."""
+    view = view_of(photograph, 1, photograph.mask)
+    rows, columns = np.nonzero(view.mask)
+    chosen = np.random.default_rng(0).permutation(len(rows))[:_PIXELS]
+    rows, columns = rows[chosen], columns[chosen]
+    light = view.means[rows, columns].astype(float)
+    x, y = columns + float(view.corner[0]), rows + float(view.corner[1])
+    middle = (float(x.mean()), float(y.mean()))
+    unit = float(np.hypot(x - middle[0], y - middle[1]).max())
+    return _Pixels(light, (x - middle[0]) / unit, (y - middle[1]) / unit, unit, middle)
+
+
+def _start(pixels: _Pixels, rings: Rings) -> dict[str, float]:
+    x, y = ((c - m) / pixels.unit for c, m in zip(rings.centre, pixels.middle, strict=True))
+    start = dict.fromkeys(_NAMES, 0.0)
+    scale = np.log(rings.scale * pixels.unit**2)
+    return {**start, "log_scale": float(scale), "centre_x": x, "centre_y": y, "phase": rings.phase}
+
+
+def _sharpened(pixels: _Pixels, start: dict[str, float]) -> dict[str, float]:
+    """Numbers of the sharpest rings that explain the most, on bright rings or on dark ones.
+
+    Blunt rings find the place of sharp ones, which are blind beside it.
+    """
+    ends = []
+    for turn in (0.0, 0.5):
+        numbers = {**start, "phase": start["phase"] + turn}
+        for ratio in _STARTS:
+            optimum = _optimum(pixels, {**numbers, "ratio": ratio}, _ROUND, 2)
+            numbers = optimum.numbers
+            ends.append((optimum.cost, numbers))
+    return min(ends, key=lambda end: end[0])[1]
+
+
+def _optimum(pixels: _Pixels, start: dict[str, float], free: tuple[str, ...], degree: int) -> _Optimum:
+    """The least squares over the free numbers; of B and A at each of them (Golub and Pereyra 1973)."""
+    light = pixels.polynomials(degree)
+    bounds = [(-np.inf, np.inf) if name not in ("ratio", "width") else (0.0, _MOST_SHARP) for name in free]
+
+    def residual(values) -> np.ndarray:
+        wave = _waveform({**start, **dict(zip(free, values, strict=True))}, pixels)
+        return _left_over(np.concatenate([light, light * wave[:, None]], axis=1), pixels.light)
+
+    first = [start[name] for name in free]
+    answer = least_squares(residual, first, bounds=tuple(zip(*bounds, strict=True)), x_scale="jac", max_nfev=30)
+    variance = 2 * answer.cost / max(len(pixels.light) - len(free) - 2 * light.shape[1], 1)
+    covariance = np.linalg.pinv(answer.jac.T @ answer.jac) * variance
+    smooth = float(np.sum(_left_over(light, pixels.light) ** 2))
+    numbers = {**start, **dict(zip(free, map(float, answer.x), strict=True))}
+    return _Optimum(numbers, free, covariance, float(answer.cost), 1 - 2 * float(answer.cost) / smooth)
+
+
+def _left_over(design: np.ndarray, light: np.ndarray) -> np.ndarray:
+    normal = design.T @ design
+    ridge = 1e-12 * np.trace(normal) / len(normal)
+    return light - design @ np.linalg.solve(normal + ridge * np.eye(len(normal)), design.T @ light)
+
+
+def _waveform(numbers: dict[str, float], pixels: _Pixels) -> Float[np.ndarray, " pixels"]:
+    dx, dy = pixels.x - numbers["centre_x"], pixels.y - numbers["centre_y"]
+    stretch, shear = numbers["stretch"], numbers["shear"]
+    u = (1 + stretch) * dx**2 + (1 - stretch) * dy**2 + 2 * shear * dx * dy
+    bent = u * (1 + u * (numbers["u2"] + u * numbers["u3"]) + numbers["coma_x"] * dx + numbers["coma_y"] * dy)
+    return _airy(np.exp(numbers["log_scale"]) * bent + numbers["phase"], numbers["ratio"], numbers["width"])
+
+
+def _airy(turns: np.ndarray, ratio: float, width: float) -> np.ndarray:
+    """Σ ρ^m exp(-m² g² / 2) cos 2π m turns; closed for sharp lines."""
+    cosine = np.cos(2 * np.pi * turns)
+    if width == 0:
+        return (cosine - ratio) / (1 - 2 * ratio * cosine + ratio**2)
+    wave = np.exp(2j * np.pi * turns)
+    harmonic, total = wave, np.zeros_like(cosine)
+    for order in range(1, _HARMONICS + 1):
+        total += np.exp(-0.5 * (order * width) ** 2) * ratio ** (order - 1) * np.real(harmonic)
+        harmonic = harmonic * wave
+    return total
+
+
+def _finesse(numbers: dict[str, float]) -> float:
+    """Period over the full width half way between the brightest and the darkest."""
+    turns = np.linspace(0.0, 0.5, _STEPS)
+    wave = _airy(turns, numbers["ratio"], numbers["width"])
+    level = (wave[0] + wave[-1]) / 2
+    after = int(np.argmax(wave < level))
+    share = (wave[after - 1] - level) / (wave[after - 1] - wave[after])
+    return float(1 / (2 * (turns[after - 1] + share * (turns[1] - turns[0]))))
