@@ -17,6 +17,18 @@ class SheetReason(Wording):
         "beside it, such as numerals"
     )
     ONE_WAY_ONLY = "{what} measures the scale one way only: pixels are taken as square, and the camera as looking down"
+    LINES_OF_FRINGES = (
+        "no ruler: these lines fade into one another as fringes do, and fill the picture ({overtones:.0%} of "
+        "overtones, where a ruler has 25 % and more); straight fringes are measured by wedge; a ruler "
+        "out of focus by two points"
+    )
+    SMOOTH_LINES = (
+        "the lines fade into one another as fringes do ({overtones:.0%} of overtones): is this a ruler, and in focus?"
+    )
+    CONTACT_OF_A_LENS = (
+        "no disc: rings surround the spot, so that it is the contact of a lens, whose size nobody knows; rings are "
+        "measured by fit; for a scale photograph a disc or a ruler at the same place"
+    )
     NO_DISC = "no disc: no round spot with an edge all around was found in the picture; mask what lies beside it"
     DISC_CLIPPED = (
         "the edge of the disc does not tell its radius: its light is clipped, so that level, blur and radius stand for "

@@ -10,6 +10,7 @@ from importlib.metadata import version
 from typing import Any, NamedTuple
 
 from fitting.parameters.digits import with_sd
+from fitting.parameters.glossary import explained
 from fitting.parameters.result import Origin
 from fitting.parameters.table import UNITS
 
@@ -61,6 +62,8 @@ def page(result, sources: Sequence[Source], command: str, pictures: Mapping[str,
         _table("How to get it again", _history(result.origin, sources, command), ("what", "which")),
         _text("Report as text", text),
     ]
+    words = explained(" ".join(parts))
+    parts.append(_table("Words", [(word, html.escape(meaning)) for word, meaning in words], ("word", "what it means")))
     title = html.escape(f"newtonjax: {_title(result, sources)}")
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'

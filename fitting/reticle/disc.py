@@ -7,6 +7,7 @@ from scipy import ndimage, optimize, special
 
 from fitting.photo import Photograph
 from fitting.reasons import Reason
+from fitting.reticle.contact import is_contact
 from fitting.reticle.lattice import jackknife_sd, unevenness
 from fitting.reticle.result import Scale
 from fitting.sheet_reasons import SheetReason
@@ -43,6 +44,8 @@ def of_disc(photograph: Photograph, diameter: float, diameter_sd: float, allowed
     start = _start(photograph, allowed)
     if start is None:
         return Scale("refused", SheetReason.NO_DISC(), photograph=photograph)
+    if is_contact(photograph.image, start):
+        return Scale("refused", SheetReason.CONTACT_OF_A_LENS(), photograph=photograph)
     vector, edge = start, _Edge(photograph, start, allowed)
     for _ in range(_ROUNDS):
         edge = _Edge(photograph, vector, allowed)

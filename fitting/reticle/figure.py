@@ -1,5 +1,7 @@
 """The picture of a scale: the photograph with the lines, or the edge, as they were measured."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -13,6 +15,15 @@ def of_lines(photograph: Photograph, measured: Grid | np.ndarray | None, title: 
     figure = Figure(figsize=(9, 9 * rows / columns + 0.6), layout="constrained")
     draw(photograph, measured, title, figure.subplots())
     return figure
+
+
+def of_points(places: np.ndarray, title: str, axes: Any) -> Any:
+    """Two places [2, (x, y)] as in a picture, whose y runs downwards."""
+    axes = axes or Figure(figsize=(7, 4), layout="constrained").subplots()
+    axes.plot(*places.T, "o-", color="tab:red", lw=0.8)
+    axes.set(aspect="equal", adjustable="datalim", xlabel="x [px]", ylabel="y [px]", title=title)
+    axes.invert_yaxis()
+    return axes.figure
 
 
 def draw(photograph: Photograph, measured: Grid | np.ndarray | None, title: str, axes) -> None:

@@ -125,10 +125,11 @@ def of_points(points: Sequence[Sequence[float]], distance: float, distance_sd: f
     length = float(np.hypot(*(places[1] - places[0])))
     relative = float(np.hypot(np.sqrt(2) * pointing_sd / length if length else np.inf, distance_sd / distance))
     if not relative < 0.25:
-        return Scale("refused", Reason.POINTS_TOO_NEAR(length=length))
+        return Scale("refused", Reason.POINTS_TOO_NEAR(length=length), marks=places[None])
     warnings: list[str] = [Reason.PIXELS_TAKEN_AS_SQUARE()]
     if not distance_sd:
         warnings.append(Reason.DISTANCE_TREATED_AS_EXACT())
     size = distance / length
     return Scale("ok", pixel_size=size, pixel_size_sd=size * relative, pixel_size_x=size, pixel_size_y=size,
-                 stretch=0.0, shear=0.0, stretch_sd=1.0, shear_sd=1.0, warnings=warnings)  # fmt: skip
+                 stretch=0.0, shear=0.0, stretch_sd=1.0, shear_sd=1.0, warnings=warnings,
+                 marks=places[None])  # fmt: skip

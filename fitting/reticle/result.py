@@ -166,12 +166,14 @@ class Scale(AbstractMeasurement):
         )
 
     def figure(self, ax=None) -> Any:
-        """The photograph with the measured lines; with `ax` drawn into these axes.
+        """The photograph with the measured lines, or two points by themselves; with `ax` drawn into these axes.
 
         Raises ValueError where there are none, as in a loaded result.
         """
         from fitting.reticle import figure
 
+        if self.photograph is None and self.marks is not None:
+            return figure.of_points(self.marks[0], self.headline(), ax)
         if self.photograph is None or (self.grid is None and self.marks is None):
             raise ValueError(f"there are no lines to draw ({self.status}); a loaded result has no photograph")
         title = f"pixel size {with_sd(self.pixel_size or 0.0, self.pixel_size_sd, 'm')}, the lines as measured"

@@ -21,6 +21,8 @@ _STRONG, _STRIP = 0.35, 0.4
 _LAGS, _RISE = 0.4, 0.5
 # Width of the blur whose difference leaves the lines alone [px].
 _COARSE = 6.0
+# A ruler's second overtone is 0.25 of its lines and more, that of fringes 0.04 and less; fringes fill the picture.
+_OVERTONES, _FILLED = 0.12, 0.35
 # Samples of the strip's profile in a pixel; rounds of placing a line.
 _SAMPLES, _ROUNDS = 2, 3
 
@@ -51,7 +53,7 @@ def of_ruler(photograph: Photograph, division: float, division_sd: float) -> Sca
         return replace(refused, message=Reason.TOO_FEW_PIXELS_OF_GRID(pixels=int(photograph.lit.sum())))
     fringes = flatten(photograph.image, photograph.lit)
     answer = _measured(photograph, fringes, division, division_sd)
-    if answer.status == "refused":
+    if answer.status == "refused" and answer.reason != SheetReason.LINES_OF_FRINGES.name:
         # Long lines and numerals may be stronger than the lines.
         fine = fringes - ndimage.gaussian_filter(fringes, _COARSE)
         answer = _measured(photograph, fine, division, division_sd)
@@ -72,7 +74,28 @@ def _measured(photograph: Photograph, fringes: np.ndarray, division: float, divi
     line = through(ticks, _turns(strip, ticks), strip.across, half_diagonal)
     if line.used.sum() < _FEWEST or line.scatter * line.frequency > _SCATTER:
         return replace(refused, message=SheetReason.LINES_UNEVEN(scatter=line.scatter * line.frequency, most=_SCATTER))
-    return _answer(photograph, strip, ticks, line, division, division_sd)
+    overtones = _overtones(strip, ticks)
+    if overtones > _OVERTONES:
+        return _answer(photograph, strip, ticks, line, division, division_sd)
+    if _filled(strip, photograph.image.shape) > _FILLED:
+        return replace(refused, message=SheetReason.LINES_OF_FRINGES(overtones=overtones))
+    answer = _answer(photograph, strip, ticks, line, division, division_sd)
+    return replace(answer, warnings=[*answer.warnings, SheetReason.SMOOTH_LINES(overtones=overtones)])
+
+
+def _overtones(strip: Strip, ticks: Ticks) -> float:
+    """The strength of twice the lines' frequency over that of the lines themselves."""
+    place, number = (column[np.argsort(ticks.place)] for column in (ticks.place, ticks.number))
+    between = (strip.place >= place[0]) & (strip.place <= place[-1]) & np.isfinite(strip.light)
+    turns = np.interp(strip.place[between], place, number)
+    lines, twice = (np.abs(np.mean(strip.light[between] * np.exp(2j * np.pi * k * turns))) for k in (1, 2))
+    return float(twice / max(lines, 1e-12))
+
+
+def _filled(strip: Strip, shape: tuple[int, ...]) -> float:
+    """The share of the picture across the lines that they fill."""
+    along_x, along_y = np.abs(strip.normal)
+    return (strip.across[1] - strip.across[0]) / (along_x * shape[0] + along_y * shape[1])
 
 
 def _level(photograph: Photograph) -> np.ndarray:

@@ -18,8 +18,6 @@ def run(photo: Path | None, options: dict, outputs: Outputs) -> int:
             "give --division of a photographed grid, --ruler, --disc-diameter, or --point twice with --distance"
         )
     if photo is None:
-        if outputs.folder is not None:
-            raise ValueError("--output-dir is for a photograph of a grid; give --json for the scale of two points")
         outputs.check(())
         return outputs.write(fitting.scale(**options), [])
     if not photo.is_file():

@@ -83,6 +83,11 @@ def test_what_is_no_wedge_is_refused(kind):
     assert fitting.wedge_photo(negative(kind, 0)).status == "refused"
 
 
+@pytest.mark.parametrize(("kind", "seed"), [("spiral", 10), ("spiral", 11), ("equidistant circles", 3)])
+def test_parts_of_circles_and_spirals_are_no_wedge(kind, seed):
+    assert fitting.wedge_photo(negative(kind, seed)).reason == "FRINGES_CURVED"
+
+
 def test_curved_and_few_fringes_are_refused_with_their_reason():
     curved = fitting.wedge_photo(fringes(bend=2.2))
     assert curved.reason in ("FRINGES_CURVED", "NO_STRAIGHT_FRINGES")

@@ -27,6 +27,7 @@ def test_the_page_holds_the_answer_its_budget_and_its_history(tmp_path, capsys):
         "Budget of radius",
         "pixel_size",
         "oblique_view",
+        "by how much rings, or pixels, are longer along x",
         "largest: pixel_size",
         "newtonjax",
         "data:image/webp",

@@ -45,7 +45,8 @@ def test_what_does_not_go_together_is_refused(arguments):
 def test_the_shell_writes_what_a_fit_takes(tmp_path, capsys):
     file = tmp_path / "scale.json"
     command = ["scale", "--point", "120,340", "--point", "980,352", "--distance", "10mm", "--json", str(file)]
-    assert main(command) == 0
+    assert main([*command, "--output-dir", str(tmp_path / "out")]) == 0
+    assert {path.name for path in (tmp_path / "out").iterdir()} >= {"report.html", "result.png", "result.json"}
     assert "pixel size" in capsys.readouterr().out
     saved = json.loads(file.read_text())
     assert saved["pixel_size_m"] == pytest.approx(10e-3 / np.hypot(860, 12))

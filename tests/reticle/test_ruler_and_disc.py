@@ -98,3 +98,17 @@ def test_a_curve_that_is_a_guess_counts_for_a_disc():
     added = guessed.pixel_size_sd**2 - linear.pixel_size_sd**2
     assert np.sqrt(added) == pytest.approx(0.25 * abs(guessed.pixel_size - linear.pixel_size), rel=0.02)
     assert "DISC_CURVE" not in fitting.scale(image, disc_diameter=diameter, transfer="srgb").warning_codes
+
+
+def test_fringes_are_no_ruler_and_a_contact_is_no_disc():
+    y, x = np.mgrid[-100:101, -120:121]
+    straight = 0.5 + 0.3 * np.cos(2 * np.pi * (x + 0.3 * y) / 15)
+    assert fitting.scale(straight, ruler=1e-3, transfer="linear").reason == "LINES_OF_FRINGES"
+    for phase in (0.0, 0.5):
+        rings = 0.5 + 0.4 * np.cos(2 * np.pi * ((x**2 + y**2) / 900 + phase))
+        assert fitting.scale(rings, disc_diameter=1e-3, transfer="linear").reason == "CONTACT_OF_A_LENS"
+
+
+def test_a_ring_wider_than_its_edge_is_blurred_keeps_its_width():
+    # Its inner edge lay beyond the pixels that counted: 10.5 deviations off.
+    assert abs(deviation("ring", 10_017)) < 3
