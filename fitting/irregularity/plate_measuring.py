@@ -28,6 +28,8 @@ from fitting.reasons import Reason
 # their 95 %.
 MOST_SD = 0.025
 _LEAST_PIXELS = 1500
+# Inflation of the noise in pressed pictures beyond which they came to a wrong optimum: of right ones 1.4, of one 67.
+_CONTRADICTORY = 10.0
 _POWER = float(2 * np.sqrt(3))
 _WAYS = {"outwards": 4, "inwards": -4}
 
@@ -209,6 +211,13 @@ def _of_frames(pictures: list, request: Request, transfer: Any, mask: Any) -> Pl
     """The form by several pictures, its sign by the order in which they were pressed."""
     form = form_of_frames(pictures, request, transfer, mask)
     if form.coefficients is not None:
+        words = form.indications
+        sds = words["A"][1], words["RMSi"][1]
+        if max(sds) >= MOST_SD or (form.inflation or 1.0) > _CONTRADICTORY:
+            remedy = PlateReason.PLATE_REMEDY()
+            reason = PlateReason.PLATE_UNDETERMINED(power=sds[0], irregularity=sds[1], most=MOST_SD, remedy=remedy)
+            blank = Form("refused", photograph=form.photograph, pupil=form.pupil, pupil_sd=form.pupil_sd)
+            return _without_answer(replace(blank, lengths=form.lengths), reason)
         form = signed_by_steps(form, request.sign)
     return PlateTest(form.status, form.message, form=form)
 
