@@ -28,11 +28,12 @@ def find(task: Task) -> tuple[Task, Rings]:
     # A bench may well make fringes of many beams, or slanted ones; and a person who gives a start has seen them.
     is_doubted = task.scene is None and not task.start
     evidence = evidence_of(photograph, rings, resolving_view(photograph, rings, view)) if is_doubted else None
+    no_rings = None if evidence is None else evidence.reason
     x, y = pixels_of(photograph.mask)
     reach = float(np.hypot(x - rings.centre[0], y - rings.centre[1]).max())
     if rings.match >= _LEAST_MATCH and (reason := lens_misfit(task.quantities, rings.scale, reach)):
         raise RefusedError(reason, photograph)
-    if evidence is not None and (no_rings := evidence.reason):
+    if evidence is not None and no_rings:
         if refusal := refusal_of_sharp_rings(task, rings, evidence):
             raise refusal
         clearer = rings_without_spots(photograph) or rings_in_the_middle(photograph)
