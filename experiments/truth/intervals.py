@@ -2,9 +2,9 @@
 
 Rendered photographs (`defects.py`): radius 5 mm to 50 m, 3 to 300 rings, noise 1 to 20 %, the centre up to one field
 outside, where the Cramér–Rao bound allows 1 % of the radius. For each defect: share refused, coverage of the interval
-from noise alone and of the total one, median of half-width over error (2.9 for a normal error), and wrong acceptances
-(more than ten half-widths off and more than 5 %). "Before" is the fit with no parts allowed and the interval of its
-noise row.
+from noise alone and of the total one, median of half-width over error (2.9 for a normal error), wrong acceptances
+(more than ten half-widths off and more than 5 %), and the share in which each rival fires. "Before" is the fit with no
+parts allowed and the interval of its noise row.
 
 An interval that averages over sets of parts, and has rows for what is assumed of the bench, is meant to cover 95 % of
 truths that are drawn from these priors (`drawn_parts.py`), and covers more where nothing of that is there: the middle
@@ -36,6 +36,7 @@ _KEPT = (
     "status",
     "after_error",
     "after_half",
+    "rivals",
     "seconds",
 )
 _PAGE = Path(__file__).parents[2] / "docs" / "uncertainty.md"
@@ -72,6 +73,7 @@ def run(job):
     began = time.perf_counter()
     after = fitting.fit(image, **given)
     row |= {"seconds": time.perf_counter() - began, "status": after.status, "message": after.message}
+    row["rivals"] = " ".join(finding.rival.replace(" ", "_") for finding in after.rivals)
     if after.status == "ok":
         row |= _measured("after", after, after.radius_interval, case.radius)
         row |= {"parts": after.evidence.found.parts, "budget": after.budget}
@@ -81,6 +83,12 @@ def run(job):
             half = 1.96 * before.radius_sd_noise
             row |= _measured("before", before, (before.radius - half, before.radius + half), case.radius)
     return row
+
+
+def _shares(names: list[list[str]]) -> dict[str, float]:
+    """Of photographs, the share in which each rival fires; of one that never does there is no entry."""
+    every = sorted({name for row in names for name in row})
+    return {name: sum(name in row for row in names) / len(names) for name in every}
 
 
 def _measured(name: str, result, interval, truth: float) -> dict:
@@ -116,6 +124,7 @@ def summary(defect: str, rows: list[dict]) -> dict:
         if ok
         else None,
         "accepted_wrongly": len(wrong),
+        "rivals": _shares([row["rivals"].split() for row in rows]),
     }
     if plain:
         line |= {
