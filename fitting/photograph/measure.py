@@ -21,10 +21,10 @@ from fitting.photograph.finding import find
 from fitting.photograph.further_lines import further_lines
 from fitting.photograph.light import with_richer_light
 from fitting.photograph.light_words import light_of
+from fitting.photograph.reporting import report
 from fitting.photograph.result import FitResult
 from fitting.photograph.sharp_rings import result_of_coated_bench
 from fitting.photograph.solving import solve, solve_bench
-from fitting.photograph.summary import report
 from fitting.photograph.task import task_of
 from fitting.photograph.verdict import RefusedError, judge
 from newtonjax.numerics import x64

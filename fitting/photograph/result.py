@@ -17,7 +17,7 @@ from fitting.parameters import (
 )
 from fitting.photograph.evidence import Evidence
 from fitting.photograph.picture import DrawnPicture, Picture
-from fitting.photograph.report import dominant_of, headline_of, report_of
+from fitting.photograph.report_text import dominant_of, headline_of, report_of
 from fitting.photograph.ring_radii import KEYS, KINDS, FittedRing, table_of
 from fitting.photograph.rival import Finding
 from newtonjax.numerics import require_choice
