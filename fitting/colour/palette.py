@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from newtonjax.scene import LAMPS, Spectrum
+from newtonjax.scene import LAMPS, PROFILES, Spectrum
 
 # Lines weaker than this over the strongest are not looked for: lamps' catalogued strengths are rough.
 _WEAKEST = 0.03
@@ -52,8 +52,8 @@ def lines_of(spectrum: Spectrum) -> Lines:
     """The lines of a light that a photograph may show; none of a continuous one."""
     wavelengths, weights = np.asarray(spectrum.wavelengths, float), np.asarray(spectrum.weights, float)
     sharp = np.ones(len(weights), bool)
-    for width in (spectrum.gaussian, spectrum.lorentzian, spectrum.triangle):
-        if width is not None:
+    for profile in PROFILES:
+        if (width := getattr(spectrum, profile)) is not None:
             sharp &= np.asarray(width) < _LINE
     strong = sharp & (weights >= _WEAKEST * weights.max())
     return Lines(wavelengths[strong], weights[strong])

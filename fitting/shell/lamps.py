@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from fitting.shell.quantities import positive_length
-from newtonjax.scene import LAMPS, LINES
+from newtonjax.scene import BANDS, LAMPS, LINES
 
 # What the mean of a doublet may be off its middle [m]: lines that a dense vapour makes equal, or 2 : 1 of a thin one,
 # evenly spread between.
@@ -84,5 +84,5 @@ def light(text: str) -> str:
 # What the shell completes, by what reads the option.
 NAMES: dict[Callable[[str], Any], tuple[str, ...]] = {
     wavelength: ("sodium", *LINES, "hene"),
-    light: (*LAMPS, *LINES, "white", "led"),
+    light: (*LAMPS, *LINES, *BANDS),
 }

@@ -16,6 +16,7 @@ from newtonjax.benches.figure_tables import FIGURE, figure_of, table_of
 from newtonjax.benches.light_tables import ALL_ORDERS, EXTENT, extent_of, orders_of, table_of_extent, table_of_orders
 from newtonjax.numerics import Scalar, Vector2, Vector3, path_of, require_concrete, shown
 from newtonjax.scene import (
+    PROFILES,
     AbstractFigure,
     Camera,
     CollectingLens,
@@ -42,7 +43,7 @@ _SPECTRUM = msgspec.defstruct(
     [
         ("wavelengths", Numbers),
         ("weights", Numbers),
-        *((name, Numbers | None, None) for name in ("gaussian", "lorentzian", "triangle")),
+        *((name, Numbers | None, None) for name in PROFILES),
     ],
     forbid_unknown_fields=True,
     omit_defaults=True,

@@ -139,7 +139,7 @@ def airy_in_lines(
 def _of_lines(xp, airy: Airy, lines: Lines, turns: Float[Any, " n"], count) -> Float[Any, "2 lines n"]:
     phase = 2 * np.pi * lines.ratios[:, None] * turns
     wide = Airy(*(part[..., None] for part in airy))
-    if lines.gaussian is None and lines.lorentzian is None and lines.triangle is None:
+    if lines.are_sharp:
         return airy_pixels(wide.parts(), xp.cos(phase), xp.sin(phase))
     wave = as_complex(xp.cos(phase)) + 1j * as_complex(xp.sin(phase))
     total, harmonic, step = wide.level + 0.0 * phase, wide.first * wave, wide.round_trip * wave

@@ -25,6 +25,8 @@ _PANEL, _NODES, _LONGEST = 64, 24, 0.3
 # the carrier.
 _CLASSES = tuple(size for k in range(1, 12) for size in (2**k, 3 * 2 ** (k - 1)))
 _DIRECT = 64
+# Of a line of full width 1 at half maximum the fading's largest frequency, by profile [radians per turn].
+_BANDWIDTHS = (3.5, np.pi, 2 * np.pi)
 
 
 class Waveform(NamedTuple):
@@ -123,7 +125,7 @@ def _panels(reach: float, tolerance: float) -> float:
 def _bandwidth(lines: Lines) -> float:
     """Of the fading of lines that have widths, as a frequency [radians per turn]."""
     total = 0.0
-    for width, factor in ((lines.gaussian, 3.5), (lines.lorentzian, np.pi), (lines.triangle, 2 * np.pi)):
+    for width, factor in zip(lines.widths, _BANDWIDTHS, strict=True):
         total += 0.0 if width is None else factor * float(np.max(width))
     return total
 

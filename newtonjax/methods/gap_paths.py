@@ -99,7 +99,7 @@ def channels_over_source(scene: Scene, camera: Camera, tolerance: float = 1e-7) 
     def beside(numbers, factors):
         return None if numbers is None else (numbers[..., :, None] * factors).reshape(*numbers.shape[:-1], -1)
 
-    widths = (beside(width, cosines) for width in (lines.gaussian, lines.lorentzian, lines.triangle))
+    widths = (beside(width, cosines) for width in lines.widths)
     return Channels(
         Lines(beside(lines.shares, weights), beside(lines.ratios, cosines), *widths), beside(powers, weights)
     )

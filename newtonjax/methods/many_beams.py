@@ -28,7 +28,7 @@ from newtonjax.methods.closed_form_float32 import closed_turns
 from newtonjax.methods.gap_paths import path_range, source_points
 from newtonjax.methods.many_wavelengths import require_points
 from newtonjax.numerics import cosine_and_sine, fraction, is_concrete, namespace
-from newtonjax.scene import Camera, Channels, Directions, Gap, Light, Lines, Scene, Surface, channels_of, gap_between
+from newtonjax.scene import Camera, Channels, Directions, Gap, Light, Scene, Surface, channels_of, gap_between
 
 # Of traced numbers neither range nor harmonics are known: a table of so many panels.
 _TRACED = Table(256, over_carrier=False, error=1e-4)
@@ -62,7 +62,7 @@ def by_profile(scene: Scene, camera: Camera, tolerance: float) -> Float[Array, "
     require_points(camera, "ClosedForm()")
     gap, profile = gap_between(scene), profile_of(scene, camera, tolerance)
     channels = profile.channels
-    if len(channels.lines.ratios) == 1 and len(profile.cosines) == 1 and _is_sharp(channels.lines):
+    if len(channels.lines.ratios) == 1 and len(profile.cosines) == 1 and channels.lines.are_sharp:
         term = Airy(*(part[0, 0, 0] for part in profile.airy))
         image = _one_term(scene, camera, gap, term)[..., None] * jnp.asarray(channels.powers[:, 0])
     else:
@@ -107,10 +107,6 @@ def change_by_orders(scene: Scene, camera: Camera) -> float:
     level = channels_of(scene.light, camera.response).powers.sum(axis=1)
     two_beams = level[:, None] * (background + mutual * np.cos(2 * np.pi * turns))
     return float(abs(profile - two_beams).max() / profile.max())
-
-
-def _is_sharp(lines: Lines) -> bool:
-    return lines.gaussian is None and lines.lorentzian is None and lines.triangle is None
 
 
 def _one_term(scene: Scene, camera: Camera, gap: Gap, term: Airy) -> Float[Array, "rows columns"]:

@@ -45,6 +45,7 @@ from newtonjax.scene.gap import required_gap as required_gap
 from newtonjax.scene.glasses import refractive_index as refractive_index
 from newtonjax.scene.illuminants import black_body as black_body
 from newtonjax.scene.illuminants import illuminant as illuminant
+from newtonjax.scene.lamp_lines import BANDS as BANDS
 from newtonjax.scene.lamp_lines import LAMPS as LAMPS
 from newtonjax.scene.lamp_lines import LINES as LINES
 from newtonjax.scene.lamps import lamp as lamp
@@ -73,6 +74,7 @@ from newtonjax.scene.response import to_srgb as to_srgb
 from newtonjax.scene.scene import Scene as Scene
 from newtonjax.scene.scene import choose_beams as choose_beams
 from newtonjax.scene.shapes import Height as Height
+from newtonjax.scene.spectrum import PROFILES as PROFILES
 from newtonjax.scene.spectrum import Lines as Lines
 from newtonjax.scene.spectrum import Spectrum as Spectrum
 from newtonjax.scene.spectrum import sampled_spectrum as sampled_spectrum

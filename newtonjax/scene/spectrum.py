@@ -10,7 +10,8 @@ from jaxtyping import Complex, Float
 from newtonjax.numerics import Scalar, as_complex, as_vector, is_concrete, namespace, require, require_choice
 from newtonjax.scene.limits import WAVELENGTH
 
-_SHAPES = ("gaussian", "lorentzian", "triangle")
+# Profiles of lines: for each the field of this name, and its Fourier transform in `Lines.fading`.
+PROFILES = ("gaussian", "lorentzian", "triangle")
 _LENGTHS = f"positive lengths, {WAVELENGTH.words}"
 _WIDTHS = "a width of 0 m or more for each line, below its wavelength"
 _POWERS = "a power of 0 or more for each line, not all of them 0"
@@ -42,7 +43,7 @@ class Spectrum(eqx.Module):
         require("wavelengths", self.wavelengths, _LENGTHS, WAVELENGTH.holds)
         require("weights", self.weights, _POWERS, lambda w: np.isfinite(w).all() and (w >= 0).all() and w.any())
         sizes = {np.shape(self.wavelengths), np.shape(self.weights)}
-        for name in _SHAPES:
+        for name in PROFILES:
             if (width := getattr(self, name)) is not None:
                 require(name, width, _WIDTHS, lambda w: w >= 0)
                 sizes.add(np.shape(width))
@@ -65,7 +66,7 @@ class Spectrum(eqx.Module):
 
     def is_sharp_line(self) -> bool:
         """Whether it is one line without a width."""
-        return len(self.weights) == 1 and all(getattr(self, name) is None for name in _SHAPES)
+        return len(self.weights) == 1 and all(getattr(self, name) is None for name in PROFILES)
 
     def filtered(self, centre: Scalar, width: Scalar) -> "Spectrum":
         """Behind a filter of Gaussian transmittance with a centre and a full width at half maximum [m].
@@ -108,6 +109,16 @@ class Lines(NamedTuple):
     lorentzian: Float[Any, " lines"] | None
     triangle: Float[Any, " lines"] | None
 
+    @property
+    def widths(self) -> tuple[Float[Any, " lines"] | None, ...]:
+        """By profile, in the order of `PROFILES`."""
+        return tuple(getattr(self, name) for name in PROFILES)
+
+    @property
+    def are_sharp(self) -> bool:
+        """Whether no line has a width."""
+        return all(width is None for width in self.widths)
+
     def coherence(self, turns: Float[Any, "..."]) -> Complex[Any, "..."]:
         """Σ share · fading · e^{2πi (ratio - 1) turns}, at path differences in turns of the carrier."""
         xp = namespace(self, turns)
@@ -143,7 +154,7 @@ def lines_of(spectrum: Spectrum) -> Lines:
     def reduced(width):
         return None if width is None else width / spectrum.wavelengths * ratios
 
-    return Lines(spectrum.shares, ratios, *(reduced(getattr(spectrum, name)) for name in _SHAPES))
+    return Lines(spectrum.shares, ratios, *(reduced(getattr(spectrum, name)) for name in PROFILES))
 
 
 def spectral_line(
