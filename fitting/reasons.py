@@ -1,4 +1,7 @@
-"""What a measurement may say of itself: why there is no answer, and what to look at in one; the texts of all results.
+"""What a measurement may say of itself: why there is no answer, and what to look at in one.
+
+The texts of results, but for those of rulers, discs and wedges in photographs (`sheet_reasons`), of test plates
+(`plate_reasons`) and of lamps (`colour_reasons` of `fitting.colour`).
 
 A name is the `code` of the sentence, `reason` and `warning_codes` of a result, and stays; the texts are templates in
 the syntax of `str.format`, and may be put better. A translation is a table from these templates to others
