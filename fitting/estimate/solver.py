@@ -122,7 +122,9 @@ def solve(
     while True:
         edges = problem.phase.edges(numbers)
         if first is None:
-            first = normal_equations(sums(reduced, problem.phase.fields(numbers).phase, edges))
+            # Numbers may lie anywhere; sums that are not finite end the solve below, not converged.
+            with np.errstate(over="ignore", invalid="ignore"):
+                first = normal_equations(sums(reduced, problem.phase.fields(numbers).phase, edges))
         solution = descend(problem, first, numbers, tolerance, steps - spent)
         spent += solution.steps
         if solution.excursion < (near or (_NEAR if edges is None else _NEAR_EDGE)) or not np.isfinite(solution.chi2):

@@ -170,6 +170,15 @@ def test_fused_pass_gives_the_residuals_and_the_moments_with_their_weights():
     assert (left.weights[22:28, 42:58] == 0).all()
 
 
+@pytest.mark.parametrize("size", [1e120, 1e160])
+def test_a_start_that_nothing_bears_ends_without_a_warning(size):
+    image = picture(SHAPE, TRUTH, NOISE)
+    reduced = reduce(photograph(image), 1)
+    start = with_parts(*TRUTH[:4], distortion=size, distortion_fifth_order=-size)
+    problem = problem_on(reduced, free=(*COMMON, "distortion", "distortion_fifth_order"))
+    assert not solve(problem, reduced, start).converged
+
+
 def test_a_prior_pulls_as_far_as_the_image_lets_it():
     """Two normal estimates of one number: their mean, weighted by their precisions."""
     image = picture(SHAPE, TRUTH, NOISE)
