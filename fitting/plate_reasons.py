@@ -25,6 +25,19 @@ class PlateReason(Wording):
         "give one of: three pictures, each pressed by about a third of a fringe more than the last one; a picture with "
         "3 fringes of tilt and more; a picture of the light without fringes (light_picture)"
     )
+    PLATE_REMEDY_OF_FRINGES = (
+        "give one of: three pictures, each pressed by about a third of a fringe more than the last one; a picture with "
+        "3 fringes of tilt and more"
+    )
+    PLATE_FRAMES_UNDETERMINED = (
+        "these {count} pictures determine power to ±{power:.2g} and irregularity to ±{irregularity:.2g} fringe, at "
+        "most {most:g} is allowed; give pictures whose fringes move by about a third of a fringe from one to the next, "
+        "or one with 3 fringes of tilt and more"
+    )
+    PLATE_FRAMES_CONTRADICT = (
+        "no one form explains these {count} pictures; give pictures of one part in one place under one light, between "
+        "which only the plate is pressed, by about a third of a fringe from one to the next"
+    )
     PLATE_SIGN_OPEN = (
         "the sign of power is open, and shown positive: say which way the rings move when the plate is pressed "
         "(rings_move)"

@@ -99,7 +99,7 @@ def cells(kind: str, quick: bool) -> list[tuple[float, float]]:
 
 def main() -> int:
     """Run, print, record: how many claims fail."""
-    quick = records.arguments(__doc__, "a few pictures of each kind, no file").quick
+    quick = records.arguments(__doc__ or "", "a few pictures of each kind, no file").quick
     answers: dict[str, dict[str, Any]] = {}
     failures: list[str] = []
     for kind in (*LOOKS, *REMEDIES):

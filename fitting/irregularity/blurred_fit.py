@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import ndimage
 
+from fitting.irregularity.lamp_light import CHANGE_SD
 from fitting.irregularity.lit_disc import LitDisc
 from fitting.irregularity.moments import powers, products_at
 from fitting.irregularity.residuals import inflation_of
@@ -54,6 +55,7 @@ class BlurredFit:
     """An optimum.
 
     - `numbers`; `covariance` [terms, terms] of the form, for white noise, with the priors.
+    - `with_lamp` [terms, terms]: what that would be, were the light measured.
     - `square`: residual sum of squares and the priors' part, in units of the light; `variance`: of a pixel.
     - `unexplained`: share of the light's variance, illumination and noise taken out, that is no fringe of this form.
     - `inflation`: of the noise's variance; `block`: pixels of the picture along the side of a fitted one.
@@ -61,6 +63,7 @@ class BlurredFit:
 
     numbers: Numbers
     covariance: np.ndarray
+    with_lamp: np.ndarray
     square: float
     variance: float
     unexplained: float
@@ -204,25 +207,29 @@ class _Picture:
                 normal[place, place] = 1.0
         return normal, slope
 
-    def answer(self, numbers: Numbers, square: float, converged: bool) -> BlurredFit:
-        """What is reported of an optimum."""
-        residual, columns, rate = self._columns(numbers)
-        normal = (columns.T @ columns).astype(float) + np.diag(self.weights)
+    def _inverse(self, columns: np.ndarray, numbers: Numbers, weights: np.ndarray) -> np.ndarray:
+        """The form's part of the inverse of the normal matrix with such priors [terms, terms]."""
+        normal = (columns.T @ columns).astype(float) + np.diag(weights)
         # A blur at its bound does not move.
         free = np.ones(len(normal), bool)
         free[FITTED + 1] = _BLUR_BOUNDS[0] < numbers.blur < _BLUR_BOUNDS[1]
         scale = np.sqrt(np.diag(normal))[free]
         inverse = np.linalg.pinv(normal[np.ix_(free, free)] / np.outer(scale, scale), hermitian=True)
-        inverse = (inverse / np.outer(scale, scale))[:FITTED, :FITTED]
+        return (inverse / np.outer(scale, scale))[:FITTED, :FITTED]
+
+    def answer(self, numbers: Numbers, square: float, converged: bool) -> BlurredFit:
+        """What is reported of an optimum."""
+        residual, columns, rate = self._columns(numbers)
         residual_square = float(np.square(residual, dtype=float).sum())
-        variance = residual_square / max(self.pixels - len(normal), 1)
+        variance = residual_square / max(self.pixels - columns.shape[1], 1)
         score = np.zeros(self.disc.used.shape, np.float32)
         score[self.disc.used] = residual * rate
         noise_square = self.pixels * self.noise
         unexplained = (residual_square - noise_square) / max(self.spread - noise_square, 1e-30)
         return BlurredFit(
             numbers,
-            variance * inverse,
+            variance * self._inverse(columns, numbers, self.weights),
+            variance * self._inverse(columns, numbers, self._priors(CHANGE_SD)),
             square,
             variance,
             float(unexplained),

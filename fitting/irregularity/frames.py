@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from PIL import Image
 
-from fitting.irregularity.disc import Pupil, around, disc_of, reduced
+from fitting.irregularity.disc import EDGE, Pupil, around, disc_of, reduced
 from fitting.irregularity.pupil import pupil_of, usable_pixels
 from fitting.photo import Photograph, check_no_picture_twice, frames_of, read
 from newtonjax.numerics import shown
@@ -24,7 +24,7 @@ class Frames(NamedTuple):
 
     - `light` [frames, pixels], float32; `u`, `v` [pixels]; `cells` [rows, columns]: place of each pixel, -1 for none.
     - `pupil`, `pupil_sd`: in pixels of the first photograph, which stands for all in a figure; `scale`: its pixels in
-      those of the file.
+      those of the file; `is_speckled`: their light is a laser's.
     """
 
     light: np.ndarray
@@ -35,10 +35,13 @@ class Frames(NamedTuple):
     pupil_sd: float | None
     photograph: Photograph
     scale: int
+    is_speckled: bool = True
 
 
-def frames_of_surface(images: Any, pupil: tuple[float, float, float] | None, transfer: Any, mask: Any) -> Frames:
-    """The frames of a list of photographs, or of a file with several pages.
+def frames_of_surface(
+    images: Any, pupil: tuple[float, float, float] | None, transfer: Any, mask: Any, edge: float = EDGE
+) -> Frames:
+    """The frames of a list of photographs, or of a file with several pages, within `edge` radii of their pupil.
 
     Raises ValueError for fewer than three, for frames of different shapes, and FileNotFoundError.
     """
@@ -59,7 +62,7 @@ def frames_of_surface(images: Any, pupil: tuple[float, float, float] | None, tra
         image, used = reduced(image, used, factor)
         square = square.reduced(factor)
         lights.append(image)
-    disc = disc_of(lights[0], used, square)
+    disc = disc_of(lights[0], used, square, edge)
     inside = disc.weights > 0
     v, u = (grid[inside] for grid in np.meshgrid(disc.v, disc.u, indexing="ij"))
     cells = np.full(inside.shape, -1)

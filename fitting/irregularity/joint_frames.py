@@ -1,7 +1,8 @@
 """The form of stepped frames by least squares, their illumination free at every pixel (Golub and Pereyra 1973).
 
 I_k(x) = s_k E(x) (1 + V cos 2π φ_k(x)), φ_k = Σ_{j>3} p_j Z_j + piston and tilts of frame k. For given numbers the best
-E is one division a pixel; speckle multiplies, so a pixel weighs as the inverse of its mean light.
+E is one division a pixel; speckle multiplies, so a pixel weighs as the inverse of its mean light; in light without
+speckle all weigh the same, as weights of noisy light would go together with its noise.
 """
 
 from dataclasses import dataclass
@@ -26,6 +27,7 @@ class FramesFit:
 
     - `form` [terms - 3]: turns, from power on; `own` [frames, 3]: piston and tilts; `gains` [frames]; `visibility`.
     - `covariance` [terms - 3, terms - 3]: of the form for white noise; `variance`: of a pixel's weighted light.
+    - `even` [pixels]: the illumination.
     - `residual`, `score` [frames, pixels]: weighted; what is left, and its product with the phase's slope.
     """
 
@@ -35,6 +37,7 @@ class FramesFit:
     visibility: float
     covariance: np.ndarray
     variance: float
+    even: np.ndarray
     residual: np.ndarray
     score: np.ndarray
     converged: bool
@@ -43,7 +46,18 @@ class FramesFit:
 def fit_frames(frames: Frames, form: np.ndarray, steps: np.ndarray) -> FramesFit:
     """The optimum next to a form [terms], turns, with its steps [frames]."""
     own = np.column_stack([form[0] + steps, np.tile(form[1:_OWN], (len(steps), 1))])
-    state = _State(frames, form[_OWN:], own, np.ones(len(steps)), 0.7)
+    return _optimum(FramesState(frames, form[_OWN:], own, np.ones(len(steps)), 0.7))
+
+
+def refit_frames(frames: Frames, fit: FramesFit, terms: int) -> FramesFit:
+    """The optimum with so many terms next to another one."""
+    form = np.zeros(terms - _OWN)
+    count = min(len(form), len(fit.form))
+    form[:count] = fit.form[:count]
+    return _optimum(FramesState(frames, form, fit.own, fit.gains, fit.visibility))
+
+
+def _optimum(state: "FramesState") -> FramesFit:
     damping, converged = 1e-4, False
     for _ in range(_STEPS):
         matrix, slope = state.normal()
@@ -65,14 +79,14 @@ def fit_frames(frames: Frames, form: np.ndarray, steps: np.ndarray) -> FramesFit
     return state.answer(converged)
 
 
-class _State:
+class FramesState:
     """Frames, model and residual at given numbers."""
 
     def __init__(self, frames: Frames, form: np.ndarray, own: np.ndarray, gains: np.ndarray, visibility: float):
         self.frames = frames
         self.form, self.own, self.gains, self.visibility = form, own, gains, visibility
         light = frames.light
-        mean = light.mean(axis=0)
+        mean = light.mean(axis=0) if frames.is_speckled else light.mean()
         self.weights = 1 / (mean + _FLOOR * mean.mean())
         self.values = terms_at(frames.u, frames.v, _OWN + len(form)).astype(np.float32)
         turns = (self.values[:, _OWN:] @ form.astype(np.float32))[None] + own.astype(np.float32) @ self.values[
@@ -85,7 +99,7 @@ class _State:
         self.residual = self.weights * (light - self.even * self.shape)
         self.square = float(np.square(self.residual, dtype=float).sum())
 
-    def _free(self, fields: np.ndarray) -> np.ndarray:
+    def free_of_light(self, fields: np.ndarray) -> np.ndarray:
         """Fields [frames, pixels] without what the illumination takes up."""
         unit = self.shape / np.sqrt(np.maximum((self.shape**2).sum(axis=0), 1e-12))
         return fields - unit * (unit * fields).sum(axis=0)
@@ -127,7 +141,7 @@ class _State:
         columns -= unit[None] * np.einsum("kn,jkn->jn", unit, columns)[:, None]
         return columns.reshape(len(columns), -1)
 
-    def moved(self, step: np.ndarray) -> "_State":
+    def moved(self, step: np.ndarray) -> "FramesState":
         """The state after a step."""
         count, terms = len(self.own), len(self.form)
         own = step[terms : terms + _OWN * count].reshape(count, _OWN)
@@ -135,22 +149,31 @@ class _State:
         free_gains = count - 1
         gains[count - free_gains :] += step[terms + _OWN * count : -1]
         visibility = float(np.clip(self.visibility + step[-1], 0.05, 1.5))
-        return _State(self.frames, self.form + step[:terms], self.own + own, gains, visibility)
+        return FramesState(self.frames, self.form + step[:terms], self.own + own, gains, visibility)
 
     def answer(self, converged: bool) -> FramesFit:
         """What is reported of it."""
         matrix, _ = self.normal()
         variance = self.square / max(self.residual.size - self.residual.shape[1] - len(matrix), 1)
         covariance = variance * np.linalg.pinv(matrix, hermitian=True)[: len(self.form), : len(self.form)]
-        score = self._free(self._rates()) * self.residual
+        score = self.free_of_light(self._rates()) * self.residual
         return FramesFit(
-            self.form, self.own, self.gains, self.visibility, covariance, variance, self.residual, score, converged
+            self.form,
+            self.own,
+            self.gains,
+            self.visibility,
+            covariance,
+            variance,
+            self.even,
+            self.residual,
+            score,
+            converged,
         )
 
 
 def own_forms(frames: Frames, fit: FramesFit) -> list[float]:
     """Chi-squared that a form of its own would take from each frame, in white noise (Rao's score test, 1948)."""
-    state = _State(frames, fit.form, fit.own, fit.gains, fit.visibility)
+    state = FramesState(frames, fit.form, fit.own, fit.gains, fit.visibility)
     columns = state.columns()
     inverse = np.linalg.pinv((columns @ columns.T).astype(float), hermitian=True)
     residual, drops = state.residual.reshape(-1).astype(np.float32), []

@@ -12,7 +12,7 @@ from fitting.plate_reasons import PlateReason
 # The lamp's picture is smoothed so far [px]; darker than this share of its median it is left out.
 _SMOOTH, _DARK = 2.0, 0.1
 # What may have changed in the light from one picture to the next, as a share.
-_CHANGE_SD = 0.005
+CHANGE_SD = 0.005
 
 
 class Lamp(NamedTuple):
@@ -46,4 +46,4 @@ def without_lamp(
     if share > 0:
         warnings.append(PlateReason.PLATE_LIGHT_DARK(share=share))
     even = image * middle / np.where(bright & inside, lit, middle)
-    return even, usable & (bright | ~inside), _CHANGE_SD
+    return even, usable & (bright | ~inside), CHANGE_SD

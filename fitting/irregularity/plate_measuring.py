@@ -23,11 +23,14 @@ from fitting.parameters import absolute_sd, check_quantity, number, one_blas_thr
 from fitting.photo import Photograph, read
 from fitting.plate_reasons import PlateReason
 from fitting.reasons import Reason
+from newtonjax.numerics import shown
 
 # The largest standard deviations of power (peak to valley) and irregularity (rms) of an answer [fringes]: so is 0.05
 # their 95 %.
 MOST_SD = 0.025
 _LEAST_PIXELS = 1500
+# A picture of the light is asked for where it would determine both to this share of that.
+_SURELY = 0.8
 # Inflation of the noise in pressed pictures beyond which they came to a wrong optimum: of right ones 1.4, of one 67.
 _CONTRADICTORY = 10.0
 _POWER = float(2 * np.sqrt(3))
@@ -76,8 +79,8 @@ def plate_test(
 
     """
     lengths = _lengths(plate_radius, plate_radius_sd, wavelength, wavelength_sd, diameter, diameter_sd)
-    if rings_move not in (None, *_WAYS):
-        raise ValueError(f"rings_move is {rings_move!r}; allowed: outwards, inwards")
+    if rings_move is not None and not (isinstance(rings_move, str) and rings_move in _WAYS):
+        raise ValueError(f"rings_move is {shown(rings_move)}; allowed: outwards, inwards")
     of_form = Lengths(wavelength, lengths.wavelength_sd, reference=plate_radius)
     request = Request(of_form, pupil, pupil_sd, None, None if rings_move is None else _WAYS[rings_move], 0.0)
     request.check()
@@ -142,19 +145,18 @@ def _of_picture(photograph: Photograph, usable: np.ndarray, request: Request, la
     if pixels < _LEAST_PIXELS:
         return _without_answer(blank, Reason.TOO_FEW_PIXELS(usable=pixels, total=usable.size))
     candidates = plate_search(image, usable, pupil, light_sd)
-    return _judged(blank, candidates, _View(image, usable, pupil, sd or 0.0), request)
+    return _judged(blank, candidates, _View(image, usable, pupil, sd or 0.0), request, lamp is not None)
 
 
-def _judged(blank: Form, candidates: PlateSearch, view: _View, request: Request) -> PlateTest:
-    remedy = PlateReason.PLATE_REMEDY()
+def _judged(blank: Form, candidates: PlateSearch, view: _View, request: Request, is_lit: bool) -> PlateTest:
     if not candidates.fits or candidates.fits[0].unexplained > EXPLAINS:
         unexplained = candidates.fits[0].unexplained if candidates.fits else 1.0
+        remedy = _remedy(None, is_lit)
         reason = PlateReason.PLATE_NOT_EXPLAINED(unexplained=unexplained, most=EXPLAINS, remedy=remedy)
         return _without_answer(blank, reason)
     fit = candidates.fits[0]
-    covariance = fit.inflation * fit.covariance[:REPORTED, :REPORTED]
-    words = indications(fit.form[:REPORTED], covariance)
-    power_sd, irregularity_sd = (words[name][1] for name in ("A", "RMSi"))
+    remedy = _remedy(fit, is_lit)
+    power_sd, irregularity_sd = _sds(fit, fit.covariance)
     if not max(power_sd, irregularity_sd) < MOST_SD:
         reason = PlateReason.PLATE_UNDETERMINED(
             power=power_sd, irregularity=irregularity_sd, most=MOST_SD, remedy=remedy
@@ -171,6 +173,19 @@ def _judged(blank: Form, candidates: PlateSearch, view: _View, request: Request)
     form = _answer(blank, fit, view, request)
     blur = float(np.sqrt(fit.numbers.blur)) * fit.block
     return PlateTest(form.status, form=form, visibility=fit.numbers.visibility, blur_px=blur)
+
+
+def _sds(fit: BlurredFit, covariance: np.ndarray) -> tuple[float, float]:
+    """Standard deviations of power, peak to valley, and irregularity, rms, by a covariance of white noise."""
+    words = indications(fit.form[:REPORTED], fit.inflation * covariance[:REPORTED, :REPORTED])
+    return words["A"][1], words["RMSi"][1]
+
+
+def _remedy(fit: BlurredFit | None, is_lit: bool) -> str:
+    """The pictures that would help; that of the light only where it is not there and would do so."""
+    # Where the phase stays about an extremum, its size and the visibility are one number, whatever is known of light.
+    helps = fit is None or max(_sds(fit, fit.with_lamp)) < _SURELY * MOST_SD
+    return PlateReason.PLATE_REMEDY() if helps and not is_lit else PlateReason.PLATE_REMEDY_OF_FRINGES()
 
 
 def _without_answer(blank: Form, message: str, status: str = "refused") -> PlateTest:
@@ -209,16 +224,20 @@ def _answer(blank: Form, fit: BlurredFit, view: _View, request: Request) -> Form
 
 def _of_frames(pictures: list, request: Request, transfer: Any, mask: Any) -> PlateTest:
     """The form by several pictures, its sign by the order in which they were pressed."""
-    form = form_of_frames(pictures, request, transfer, mask)
-    if form.coefficients is not None:
-        words = form.indications
-        sds = words["A"][1], words["RMSi"][1]
-        if max(sds) >= MOST_SD or (form.inflation or 1.0) > _CONTRADICTORY:
-            remedy = PlateReason.PLATE_REMEDY()
-            reason = PlateReason.PLATE_UNDETERMINED(power=sds[0], irregularity=sds[1], most=MOST_SD, remedy=remedy)
-            blank = Form("refused", photograph=form.photograph, pupil=form.pupil, pupil_sd=form.pupil_sd)
-            return _without_answer(replace(blank, lengths=form.lengths), reason)
-        form = signed_by_steps(form, request.sign)
+    of_terms = request._replace(terms=REPORTED)
+    form = form_of_frames(pictures, of_terms, transfer, mask, is_speckled=False)
+    blank = Form("refused", photograph=form.photograph, pupil=form.pupil, pupil_sd=form.pupil_sd)
+    blank = replace(blank, lengths=request.lengths, warnings=form.warnings)
+    count = len(pictures)
+    if form.status == "not-converged" or (form.inflation or 1.0) > _CONTRADICTORY:
+        return _without_answer(blank, PlateReason.PLATE_FRAMES_CONTRADICT(count=count))
+    if form.coefficients is None:
+        return PlateTest(form.status, form.message, form=form)
+    sds = tuple(form.indications[name][1] for name in ("A", "RMSi"))
+    if not max(sds) < MOST_SD:
+        reason = PlateReason.PLATE_FRAMES_UNDETERMINED(count=count, power=sds[0], irregularity=sds[1], most=MOST_SD)
+        return _without_answer(blank, reason)
+    form = signed_by_steps(form, request.sign)
     return PlateTest(form.status, form.message, form=form)
 
 

@@ -6,10 +6,11 @@ import numpy as np
 from scipy import stats
 
 from fitting.irregularity.budget import Row, distortion_row, edge_row, noise_row, pupil_row, terms_row
-from fitting.irregularity.disc import Pupil
+from fitting.irregularity.disc import EDGE, Pupil
 from fitting.irregularity.frames import Frames, frames_of_surface
+from fitting.irregularity.frames_blur import Unblurred, without_blur
 from fitting.irregularity.indications import fringes_of
-from fitting.irregularity.joint_frames import FramesFit, fit_frames, own_forms
+from fitting.irregularity.joint_frames import FramesFit, fit_frames, own_forms, refit_frames
 from fitting.irregularity.phase_steps import starts
 from fitting.irregularity.request import Request, flip_of
 from fitting.irregularity.residuals import inflation_of
@@ -25,6 +26,8 @@ _ALARM = 0.01
 # The least share of the frames' change that one phase explains; steps within this of one direction are none.
 _EXPLAINED, _ALIKE = 0.5, 0.98
 _FIRST, _NARROWER = 15, 0.9
+# Of frames with blur less of the radius is used, as blur brings dark over the rim.
+_EDGE_OF_BLUR = 0.95
 
 
 class Terms(NamedTuple):
@@ -34,9 +37,13 @@ class Terms(NamedTuple):
     covariance: np.ndarray
 
 
-def form_of_frames(images: Any, request: Request, transfer: Any, mask: Any) -> Form:
-    """The form of a surface of which three frames and more are given, stepped by unknown parts of a fringe."""
-    frames = frames_of_surface(images, request.pupil, transfer, mask)
+def form_of_frames(images: Any, request: Request, transfer: Any, mask: Any, *, is_speckled: bool = True) -> Form:
+    """The form of a surface of which three frames and more are given, stepped by unknown parts of a fringe.
+
+    Frames of a lamp, without speckle, are fitted with their blur.
+    """
+    frames = frames_of_surface(images, request.pupil, transfer, mask, EDGE if is_speckled else _EDGE_OF_BLUR)
+    frames = frames._replace(is_speckled=is_speckled)
     scale = frames.scale
     pupil = Pupil(*(value * scale + (scale - 1) / 2 * (k < 2) for k, value in enumerate(frames.pupil)))
     known_sd = request.pupil_sd if request.pupil_sd is not None else frames.pupil_sd and frames.pupil_sd * scale
@@ -52,6 +59,9 @@ def form_of_frames(images: Any, request: Request, transfer: Any, mask: Any) -> F
         return Form("refused", reason, warnings=warnings, **blank)
     if abs(np.exp(2j * np.pi * _steps(first)).mean()) > _ALIKE:
         return Form("refused", Reason.FRAMES_ALIKE(), warnings=warnings, **blank)
+    unblurred = None if is_speckled else without_blur(frames, first)
+    if unblurred is not None:
+        frames, first = unblurred.frames, unblurred.fit
     fit, reported = _with_terms(frames, first, request.terms)
     if not fit.converged:
         return Form("not-converged", Reason.FORM_NOT_CONVERGED(), warnings=warnings, **blank)
@@ -59,6 +69,8 @@ def form_of_frames(images: Any, request: Request, transfer: Any, mask: Any) -> F
     terms = _terms(fit, inflation)
     others = _leaving_out(frames, fit)
     rows = _rows(frames, fit, terms, others, reported, pupil, known_sd or 0.0, request.distortion_sd)
+    if unblurred is not None:
+        rows.append(_blur_row(unblurred, inflation, reported))
     size, freedom = _contradictions(frames, first), _FIRST - 3
     if size and max(size) > stats.chi2.isf(_ALARM / len(size), freedom) / freedom:
         place = int(np.argmax(size))
@@ -92,6 +104,14 @@ def form_of_frames(images: Any, request: Request, transfer: Any, mask: Any) -> F
     )
 
 
+def _blur_row(unblurred: Unblurred, inflation: float, reported: int) -> Row:
+    """What the deviation of the blur's size makes of the form."""
+    change = np.zeros(reported)
+    count = min(reported - 3, len(unblurred.change))
+    change[3 : 3 + count] = np.sqrt(inflation) * unblurred.change[:count]
+    return Row("blur", change[None])
+
+
 def _first(row: Row) -> np.ndarray:
     """1 in the first of a row's changes, which is that of the radius."""
     return np.eye(len(row.changes))[:, :1]
@@ -114,21 +134,12 @@ def _explained(frames: Frames, fit: FramesFit) -> float:
 def _with_terms(frames: Frames, first: FramesFit, terms: int | None) -> tuple[FramesFit, int]:
     """The fit with two orders more than are reported, and how many these are: by evidence, of all, unless given."""
     if terms is None:
-        everything = _refitted(frames, first, TERMS)
+        everything = refit_frames(frames, first, TERMS)
         inflation = _inflation(frames, everything)
         evident = by_evidence(*_terms(everything, inflation), frames.light.size / inflation)
         terms = max(evident, 6)
     fitted = [order for order in ORDERS if order >= terms][:3][-1]
-    return _refitted(frames, first, fitted), terms
-
-
-def _refitted(frames: Frames, fit: FramesFit, terms: int) -> FramesFit:
-    """The optimum with so many terms next to another one."""
-    form = np.zeros(terms)
-    form[:3] = fit.own[0]
-    count = min(terms - 3, len(fit.form))
-    form[3 : 3 + count] = fit.form[:count]
-    return fit_frames(frames, form, fit.own[:, 0] - fit.own[0, 0])
+    return refit_frames(frames, first, fitted), terms
 
 
 def _terms(fit: FramesFit, inflation: float) -> Terms:
@@ -151,7 +162,7 @@ def _leaving_out(frames: Frames, fit: FramesFit) -> list[FramesFit]:
     if count < _LEAVING_OUT:
         return []
     beside = [np.delete(np.arange(count), k) for k in range(count)]
-    return [_refitted(_chosen(frames, rest), _with_own(fit, rest), 3 + len(fit.form)) for rest in beside]
+    return [refit_frames(_chosen(frames, rest), _with_own(fit, rest), 3 + len(fit.form)) for rest in beside]
 
 
 def _chosen(frames: Frames, places: np.ndarray) -> Frames:
@@ -180,7 +191,7 @@ def _rows(
     cells = np.full_like(frames.cells, -1)
     cells[frames.cells >= 0] = np.where(inside, np.cumsum(inside) - 1, -1)
     narrow = Frames(frames.light[:, inside], frames.u[inside], frames.v[inside], cells, *frames[4:])
-    narrower = _refitted(narrow, fit, len(terms.coefficients))
+    narrower = refit_frames(narrow, fit, len(terms.coefficients))
     inflation = _inflation(frames, fit)
     beside = _terms(narrower, inflation)
     beside.coefficients[:3] = terms.coefficients[:3]

@@ -84,6 +84,8 @@ SLOW = {
     fitting.fit_together: {"images": [IMAGE, MIRRORED], "wavelength": 589.3e-9, "view": "reflected"},
     fitting.ratio: {"first": IMAGE, "second": MIRRORED, "wavelength": 589.3e-9, "view": "reflected"},
     fitting.fit_stack: {"frames": np.stack([IMAGE, MIRRORED]), "wavelength": 589.3e-9, "view": "reflected"},
+    # An aperture of fewer pixels than a form takes, so that no right call looks for one.
+    fitting.plate_test: {"images": IMAGE, "pupil": (15.0, 15.0, 14.0), "plate_radius": 0.25, "wavelength": 589.3e-9},
     fitting.information: {"scene": SCENE, "camera": CAMERA},
     fitting.sensitivity: {"scene": SCENE, "camera": CAMERA},
     fitting.derivative_images: {"scene": SCENE, "camera": CAMERA, "names": ("radius",)},
