@@ -29,6 +29,11 @@ class SheetReason(Wording):
         "no disc: rings surround the spot, so that it is the contact of a lens, whose size nobody knows; rings are "
         "measured by fit; for a scale photograph a disc or a ruler at the same place"
     )
+    LIT_FIELD = (
+        "no disc: fringes cross the round spot, so that it is the lit field of view; where its diameter on the object "
+        "is known, give two points of its edge (--point twice, with --distance); otherwise photograph a disc or ruler "
+        "at the same place"
+    )
     NO_DISC = "no disc: no round spot with an edge all around was found in the picture; mask what lies beside it"
     DISC_CLIPPED = (
         "the edge of the disc does not tell its radius: its light is clipped, so that level, blur and radius stand for "

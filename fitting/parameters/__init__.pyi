@@ -33,6 +33,8 @@ from fitting.parameters.fringe_scale import lensless as lensless
 from fitting.parameters.fringe_scale import number as number
 from fitting.parameters.fringe_scale import quantities as quantities
 from fitting.parameters.fringe_scale import read_sd as read_sd
+from fitting.parameters.glossary import explained as explained
+from fitting.parameters.glossary import section as section
 from fitting.parameters.html import Source as Source
 from fitting.parameters.html import page as page
 from fitting.parameters.light_numbers import EVEN as EVEN

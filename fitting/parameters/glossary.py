@@ -21,3 +21,9 @@ def explained(text: str) -> list[tuple[str, str]]:
     """The words of a report that are explained, with their meanings, in the order of this table."""
     small = text.lower()
     return [(word, meaning) for word, meaning in _MEANINGS.items() if word.lower() in small]
+
+
+def section(text: str) -> str:
+    """A last section for a report as text: a line for each of its words that are explained; empty without any."""
+    lines = [f"    {word}: {meaning}" for word, meaning in explained(text)]
+    return "\n".join(["\n[[Words]]", *lines]) if lines else ""

@@ -7,7 +7,7 @@ from scipy import ndimage, optimize, special
 
 from fitting.photo import Photograph
 from fitting.reasons import Reason
-from fitting.reticle.contact import is_contact
+from fitting.reticle.contact import is_contact, is_field_of_fringes
 from fitting.reticle.lattice import jackknife_sd, unevenness
 from fitting.reticle.result import Scale
 from fitting.sheet_reasons import SheetReason
@@ -46,6 +46,8 @@ def of_disc(photograph: Photograph, diameter: float, diameter_sd: float, allowed
         return Scale("refused", SheetReason.NO_DISC(), photograph=photograph)
     if is_contact(photograph.image, start):
         return Scale("refused", SheetReason.CONTACT_OF_A_LENS(), photograph=photograph)
+    if is_field_of_fringes(photograph.image, start):
+        return Scale("refused", SheetReason.LIT_FIELD(), photograph=photograph)
     vector, edge = start, _Edge(photograph, start, allowed)
     for _ in range(_ROUNDS):
         edge = _Edge(photograph, vector, allowed)

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from fitting.parameters import output
+from fitting.parameters import output, section
 from fitting.shell import report_page
 from fitting.shell.report_page import Measured
 
@@ -99,7 +99,7 @@ class Outputs(NamedTuple):
 
     def _write_result(self, result, answer: str, text: str, picture_bytes: bytes = b"") -> bytes:
         paths = self.in_folder()
-        output.write(paths["report"], text + "\n", self.force)
+        output.write(paths["report"], text + section(text) + "\n", self.force)
         output.write(paths["json"], answer, self.force)
         if _EXIT[result.status] == 3:
             return b""

@@ -11,6 +11,7 @@ from fitting.parameters import AbstractResult
 from fitting.reasons import Reason
 from fitting.tables.bench import MEASURED
 from fitting.tables.comparison_result import Compared, Comparison
+from fitting.tables.result import RingsResult
 from newtonjax.numerics import Statement, require_choice, shown
 
 # Quantities that results may share, so that their errors are the same in all of them.
@@ -79,9 +80,15 @@ def _part(result: Any, quantity: str, label: str) -> _Part:
         raise ValueError(
             f"{label} has no {quantity} with a standard deviation: {result.status} {result.message}".strip()
         )
-    rings = getattr(result, "rings", None)
-    used = sum(not ring.flag.startswith("off the line") for ring in rings) if isinstance(rings, list) else np.inf
-    return _Part(float(value), own_sd, max(float(used) - 2, 1.0), shared)
+    return _Part(float(value), own_sd, _freedom(result), shared)
+
+
+def _freedom(result: Any) -> float:
+    """Readings of a table beyond the two numbers of its line; of a photograph as many as one likes."""
+    if not isinstance(result, RingsResult):
+        return np.inf
+    used = sum(not ring.flag.startswith("off the line") for ring in result.rings)
+    return max(used - 2.0, 1.0)
 
 
 def _index(parts: list[_Part], results: Sequence[Any], labels: list[str]) -> Comparison:

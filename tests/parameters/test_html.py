@@ -22,6 +22,8 @@ def test_the_page_holds_the_answer_its_budget_and_its_history(tmp_path, capsys):
     assert hashlib.sha256(photo.read_bytes()).hexdigest() in page
     assert "rings &amp; plate.png" in page
     assert "rings & plate" not in page
+    assert "[[Words]]\n    fringe scale: s²" in report
+    assert "[[Words]]" not in page
     assert re.search(r"radius = [0-9.]+ ± [0-9.e-]+ m", page)[0] in report
     for words in (
         "Budget of radius",

@@ -109,6 +109,17 @@ def test_fringes_are_no_ruler_and_a_contact_is_no_disc():
         assert fitting.scale(rings, disc_diameter=1e-3, transfer="linear").reason == "CONTACT_OF_A_LENS"
 
 
+def test_a_lit_field_of_rings_is_no_disc():
+    """A field stop around rings that lie beside its middle, and the same field without rings, which is a disc."""
+    y, x = np.mgrid[-130:131, -140:141]
+    field = 1 / (1 + np.exp(np.hypot(x, y) - 90))
+    rings = np.cos(2 * np.pi * ((x - 25) ** 2 + (y + 15) ** 2) / 900)
+    noise = np.random.default_rng(1).normal(0, 0.01, x.shape)
+    crossed, plain = (0.05 + 0.7 * field * (1 + contrast * rings) + noise for contrast in (0.3, 0.0))
+    assert fitting.scale(crossed, disc_diameter=1e-3, transfer="linear").reason == "LIT_FIELD"
+    assert fitting.scale(plain, disc_diameter=1e-3, transfer="linear").pixel_size == pytest.approx(1e-3 / 180, rel=0.01)
+
+
 def test_a_ring_wider_than_its_edge_is_blurred_keeps_its_width():
     # Its inner edge lay beyond the pixels that counted: 10.5 deviations off.
     assert abs(deviation("ring", 10_017)) < 3

@@ -62,6 +62,25 @@ def test_a_comparison_is_saved_and_drawn(tmp_path):
     assert result.figure().axes
 
 
+@pytest.mark.parametrize("of", ["gap_index", "radius"])
+def test_results_of_photographs_and_tables_compare_after_they_were_saved(tmp_path, of):
+    """As they were: slopes in the ratio 1.29 give an index of 1.29, or a radius 1.29 times as large."""
+    y, x = np.mgrid[-100:101, -120:121]
+    photographs = [0.5 + 0.3 * np.cos(2 * np.pi * (x**2 + y**2) * n / 1200) for n in (1.0, 1.29)]
+    given = {"wavelength": WAVELENGTH, "pixel_size": 10e-6, "transfer": "linear", "view": "reflected"}
+    fits = [fitting.fit(image, **given) for image in photographs]
+    lines = [fitting.rings(rows, wavelength=WAVELENGTH) for rows in tables()]
+    for kind, results in ((fitting.FitResult, fits), (fitting.RingsResult, lines)):
+        paths = [tmp_path / f"{kind.__name__}{k}.json" for k in range(2)]
+        for result, path in zip(results, paths, strict=True):
+            result.save(path)
+        comparison = fitting.compare([kind.load(path) for path in paths], of, names=["air", "liquid"])
+        before = fitting.compare(results, of, names=["air", "liquid"])
+        assert (comparison.value, comparison.sd) == pytest.approx((before.value, before.sd), rel=1e-12)
+        ratio = comparison.value if of == "gap_index" else 1 / comparison.rows[1].ratio
+        assert ratio == pytest.approx(1.29, rel=1e-3)
+
+
 @pytest.mark.parametrize(("results", "words"), [([], "give a list of two results"), ("ab", "give a list")])
 def test_what_cannot_be_compared_is_refused(results, words):
     with pytest.raises(ValueError, match=words):

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import fitting
-from fitting.parameters import Source, output, page, png
+from fitting.parameters import Source, output, page, png, section
 from fitting.shell import quantities
 from fitting.shell.answer import as_png
 from fitting.shell.fit_verb import ring_tables
@@ -72,7 +72,7 @@ def measure(
         result = fitting.fit(path, progress=lambda done, steps: tell(PROGRESS, (done, steps)), **arguments)
     tell(ANSWER, _answer(result))
     text = f"{result.report()}\n"
-    added |= {"result.json": output.json_text(result.to_dict()).encode(), "report.txt": text.encode()}
+    added |= {"result.json": output.json_text(result.to_dict()).encode(), "report.txt": (text + section(text)).encode()}
     if result.status == "refused":
         return added
     picture = as_png(result.figure())

@@ -5,7 +5,7 @@ from typing import Any
 
 from nicegui import ui  # pyright: ignore[reportMissingImports]  # an extra
 
-from fitting.parameters import TABLE, with_sd
+from fitting.parameters import TABLE, explained, with_sd
 from fitting.shell.page import parts
 from fitting.shell.page.scale_step import ScaleStep
 from fitting.shell.page.sessions import Session
@@ -55,7 +55,9 @@ class ResultStep:
                 ui.label(text)
             for text in answer["warnings"]:
                 ui.label(f"Note: {text}").classes("nj-warning")
-            ui.html(self._pictures() + _budget(answer) + _parameters(answer) + _model(answer), sanitize=False)
+            tables = _budget(answer) + _parameters(answer) + _model(answer)
+            words = _words(" ".join([*_sentences(answer), *answer["warnings"], tables]))
+            ui.html(self._pictures() + tables + words, sanitize=False)
             if answer["status"] == "ok" and answer["measured"] == "pixel_size":
                 ui.button("Use this pixel size for the next photograph", on_click=self._keep_scale).props("no-caps")
             parts.heading("To repeat it", 3)
@@ -154,3 +156,9 @@ def _number(name: str, parameter: dict[str, Any]) -> str:
 def _model(answer: dict[str, Any]) -> str:
     rows = [(part.replace("_", " "), why) for part, why in answer["model"].items()]
     return parts.table("Parts of the model, and the evidence", ("part", "why"), rows) if rows else ""
+
+
+def _words(text: str) -> str:
+    """What the words of an answer mean, in a sentence each."""
+    rows = explained(text)
+    return parts.table("Words", ("word", "what it means"), rows) if rows else ""
