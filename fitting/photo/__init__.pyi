@@ -2,6 +2,7 @@
 
 from fitting.photo.codes import thin as thin
 from fitting.photo.evidence import RingEvidence as RingEvidence
+from fitting.photo.evidence import are_straight as are_straight
 from fitting.photo.evidence import evidence_of as evidence_of
 from fitting.photo.evidence import median as median
 from fitting.photo.evidence import noise_variance as noise_variance

@@ -17,7 +17,7 @@ _FEWEST_TILES, _MOST_TILES, _SMALLEST_TILE = 25, 400, 5
 _WIDE = 1.5
 _EXPONENTS = np.exp(np.linspace(np.log(0.3), np.log(3.5), 9))
 # Straight fringes behind a camera's distortion of a few percent bend by so many turns, and so many more a fringe, up to
-# one; so few of them are judged by whether their curvature is determined.
+# one. The search's scale of so few of them says nothing about their bend; the fit's does.
 _BEND, _WARPED, _FEW_STRAIGHT = 0.15, 0.03, 3.6
 # A plane wave that explains more than this of the fringe power is the reason for a poor match.
 _PLANE = 0.3
@@ -64,7 +64,7 @@ class RingEvidence:
     @property
     def verdict(self) -> str:
         """What the numbers say: "rings", "straight", "no rings" or "many beams"."""
-        if self.orders > _FEW_STRAIGHT and self.bend < self.least_bend:
+        if are_straight(self.orders, self.bend):
             return "straight"
         agreement = min(self.share, self.coherence)
         if (agreement < self.least_agreement or self.match < _NO_MATCH) and not self.clear_beside_noise:
@@ -76,11 +76,6 @@ class RingEvidence:
         """Whether rings explain nearly all that white noise does not: it lowers match and share, not coherence."""
         signal = 1.0 - min(self.noise, _MOST_NOISE)
         return self.match > _MATCH * signal and self.share > _CLEAR * signal and self.coherence > _CLEAR
-
-    @property
-    def least_bend(self) -> float:
-        """Turns by which rings of so many fringes bend at least."""
-        return min(1.0, _BEND + _WARPED * self.orders)
 
     @property
     def least_agreement(self) -> float:
@@ -102,8 +97,9 @@ class RingEvidence:
 
     @property
     def _straight(self) -> Statement:
-        if self.bend < self.least_bend:
-            return Reason.STRAIGHT_BEND(orders=self.orders, bend=self.bend, least=self.least_bend)
+        least = _least_bend(self.orders)
+        if self.bend < least:
+            return Reason.STRAIGHT_BEND(orders=self.orders, bend=self.bend, least=least)
         return Reason.STRAIGHT_WAVE(plane=self.plane, match=self.match)
 
     @property
@@ -112,6 +108,16 @@ class RingEvidence:
             return Reason.NO_RINGS_MATCH(match=self.match, least=_NO_MATCH)
         share, coherence = max(self.share, 0.0), max(self.coherence, 0.0)
         return Reason.NO_RINGS_AGREEMENT(match=self.match, share=share, coherence=coherence, least=self.least_agreement)
+
+
+def are_straight(orders: float, bend: float, *, judges_few: bool = False) -> bool:
+    """Whether so many fringes bend less over the field than rings do [turns]; few only where few are judged, too."""
+    return orders > (0.0 if judges_few else _FEW_STRAIGHT) and bend < _least_bend(orders)
+
+
+def _least_bend(orders: float) -> float:
+    """Turns by which rings of so many fringes bend at least."""
+    return min(1.0, _BEND + _WARPED * orders)
 
 
 def evidence_of(photograph: Photograph, rings: Rings, view: View | None = None) -> RingEvidence:

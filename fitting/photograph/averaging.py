@@ -24,13 +24,12 @@ from fitting.model import PARTS, SEARCHED, WARPS, anchors_of, numbers_of
 from fitting.parameters import NUMBERS, slots_of
 from fitting.photograph.priors import Priors, optimum_with_priors
 
+# Share of the largest eigenvalue below which one is 0.
 _RANK = 1e-13
-
-Parts = frozenset[str]
-
-
 # What single precision leaves of the sum of squares.
 _ROUNDING = 1e-14
+
+Parts = frozenset[str]
 
 
 @dataclass(frozen=True)

@@ -25,17 +25,17 @@ _LINEAR, _MOST_ROUNDS = 0.1, 3
 class Choice(NamedTuple):
     """A fit with the most probable set of parts, and what the mean over all sets is made of.
 
-    - `evidence`: by part, how probable it is, or why it is not there; `photograph`: on which the fit was made.
-    - `rivals`: fits that are not ruled out: what the difference is, and the other fit.
+    - `part_words`: by part, how probable it is, or why it is not there; `photograph`: on which the fit was made.
+    - `undecided`: fits that are not ruled out: what the difference is, and the other fit.
     - `averaging`: None where no part was averaged; `place`: of its member that the fit is of; `shift`: from the fit's
       numbers to the mean over all sets; `ratio`: of the data's variance of the first number, by clusters of residuals,
       to what the correlation of neighbours says.
     """
 
     found: Fitted
-    evidence: dict[str, str]
+    part_words: dict[str, str]
     photograph: Photograph
-    rivals: tuple[tuple[str, Fitted], ...] = ()
+    undecided: tuple[tuple[str, Fitted], ...] = ()
     averaging: Averaging | None = None
     place: int = 0
     shift: np.ndarray | None = None
@@ -50,11 +50,11 @@ def averaged(complete: Complete) -> Choice:
         elsewhere = Trials(fit, photograph, {}, complete.priors.cut(), None)
         wider = with_trial(elsewhere, elsewhere.beside(elsewhere.first), {})
         members.append(Member(wider, elsewhere.priors, complete.sets))
-    if complete.rival is not None:
-        beside, chance = complete.rival
+    if complete.runner_up is not None:
+        beside, chance = complete.runner_up
         members = [replace(member, chance=1 - chance) for member in members]
         members.append(Member(beside, complete.priors, complete.sets, chance=chance))
-    choice = Choice(fit, complete.evidence, photograph)
+    choice = Choice(fit, complete.part_words, photograph)
     return _averaged(choice, [member for member in members if member.fit.converged])
 
 
@@ -93,12 +93,12 @@ def _averaged(choice: Choice, members: list[Member], rounds: int = _MOST_ROUNDS)
     if not fit.converged:
         fit = with_parts(choice.found, parts, numbers, member.priors)
     certain = min(members[0].sets, key=len)
-    evidence = {
+    part_words = {
         part: member.priors.words(part) if part in certain else f"probability {_share(average, part):.0%}"
         for part in WARPS
         if part in warps
     }
-    return choice._replace(found=fit, averaging=averaging, place=place, evidence=evidence | choice.evidence)
+    return choice._replace(found=fit, averaging=averaging, place=place, part_words=part_words | choice.part_words)
 
 
 def _share(average: Average, part: str) -> float:

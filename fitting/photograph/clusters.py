@@ -18,8 +18,8 @@ from fitting.photograph.choice import Choice
 _SIDES, _SECTORS, _ZONES, _FEWEST = (16, 32, 64, 128, 256, 512), (12, 16, 20), (8, 10, 12), 8
 
 
-def at_the_mean(choice: Choice) -> Choice:
-    """The choice with the mean over all sets of parts, at its fit as it has become since."""
+def with_shift_to_mean(choice: Choice) -> Choice:
+    """The choice with `shift` and `ratio`, of its fit after `finely` and `sharpened`."""
     fit, averaging = choice.found, choice.averaging
     if averaging is None or not fit.converged:
         return choice

@@ -31,13 +31,13 @@ _NEAR = 10.0
 
 def screened(plain: Fitted, wishes: Mapping[str, bool]) -> dict[str, str]:
     """The searched parts that need no search, and why: a score test sees no use for them."""
-    judge, evidence = _Judge([plain], plain.reduced), {}
+    judge, part_words = _Judge([plain], plain.reduced), {}
     for part in (part for part in SEARCHED if part in plain.model.parts and not wishes.get(part)):
         drop = max(_drops(plain, part)) / judge.variance
         # Whether residuals are correlated or not.
         if drop * judge.inflation < PRICES[part] * judge.penalty:
-            evidence[part] = _words(False, None, drop - PRICES[part] * judge.penalty)
-    return evidence
+            part_words[part] = _words(False, None, drop - PRICES[part] * judge.penalty)
+    return part_words
 
 
 def without_promise(part: str, trial: Trial) -> str | None:
@@ -94,7 +94,7 @@ def search(trials: Trials, part: str, without: Trial) -> list[Trial]:
     return [tight] if trials.is_sane(tight) else []
 
 
-class Rival(NamedTuple):
+class RunnerUp(NamedTuple):
     """The trial that was not accepted, with a part or without it, and how probable it is."""
 
     trial: Trial
@@ -104,14 +104,14 @@ class Rival(NamedTuple):
 
 def with_or_without(
     without: Trial, searches: Mapping[str, list[Trial]], wishes: Mapping[str, bool], reduced: Reduced
-) -> tuple[Trial, Rival | None, dict[str, str]]:
+) -> tuple[Trial, RunnerUp | None, dict[str, str]]:
     """The best of the fits with searched parts, or the one without; which of them is not ruled out; and why, by part.
 
     The criterion's margin in which a part is accepted is the price of its search: half of what it is better by beyond
     that is the logarithm of the odds.
     """
     judge = _Judge([without, *chain(*searches.values())], reduced)
-    accepted, rival, evidence = without, None, {}
+    accepted, runner_up, part_words = without, None, {}
     for part, fits in searches.items():
         if not fits:
             continue
@@ -119,13 +119,13 @@ def with_or_without(
         gain = judge.criterion(accepted) - judge.criterion(best)
         margin = gain - PARTS[part].clear
         if abs(margin) < _NEAR and not is_wished:
-            rival = Rival(accepted if margin > 0 else best, part, 1 / (1 + float(np.exp(abs(margin) / 2))))
+            runner_up = RunnerUp(accepted if margin > 0 else best, part, 1 / (1 + float(np.exp(abs(margin) / 2))))
         if is_wished or margin > 0:
             accepted = best
-        evidence[part] = _words(part in accepted.parts, is_wished, gain)
+        part_words[part] = _words(part in accepted.parts, is_wished, gain)
         if part in accepted.parts and wishes.get(lifting := SEARCHED[part].name):
-            evidence[lifting] = f"asked for: with {part}"
-    return accepted, rival, evidence
+            part_words[lifting] = f"asked for: with {part}"
+    return accepted, runner_up, part_words
 
 
 def _drops(fit: Fitted | Trial, part: str) -> list[float]:

@@ -21,7 +21,7 @@ _COUNTS = 0.1
 def image_rows(choice: Choice, variance: float, known: Quantities) -> tuple[np.ndarray, list[tuple[str, float]]]:
     """Covariance of all unknowns, and (source, deviation of the curvature) of all that is not a given quantity.
 
-    Noise with the parts' numbers held; then what each part's own numbers add; what these leave out; rival models
+    Noise with the parts' numbers held; then what each part's own numbers add; what these leave out; models
     that the image does not rule out; sodium's second line; what halves of the field differ by beyond their noise;
     and what a blur, and what the model takes for granted of the bench, do where that counts.
     """
@@ -40,7 +40,7 @@ def image_rows(choice: Choice, variance: float, known: Quantities) -> tuple[np.n
         size = min(law.size, _APART * matrix.deviation_if_free(law.number, variance))
         rows.append((law.row, abs(float(Numbers(*matrix.shift_by(law.number)).curvature)) * size))
     curvature = float(numbers.curvature)
-    rows += [(name, abs(float(Numbers(*rival.numbers).curvature) - curvature)) for name, rival in choice.rivals]
+    rows += [(name, abs(float(Numbers(*second.numbers).curvature) - curvature)) for name, second in choice.undecided]
     beside = {
         "sodium's two lines": of_doublet(fit, known.given.get("wavelength")),
         "model, by halves of the field": halves_apart(fit, variance),

@@ -27,4 +27,4 @@ def with_richer_light(choice: Choice) -> Choice:
         solution = solve(replace(fit.solution.problem, degrees=shape), weighted, fit.numbers)
     if not (solution.converged and np.isfinite(solution.numbers).all()):
         return choice
-    return choice._replace(rivals=(*choice.rivals, ("light behind few fringes", replace(fit, solution=solution))))
+    return choice._replace(undecided=(*choice.undecided, ("light behind few fringes", replace(fit, solution=solution))))

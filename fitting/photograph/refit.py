@@ -9,7 +9,7 @@ from fitting.photograph.priors import Priors
 from fitting.photograph.trials import Trial, Trials, without
 
 
-def with_trial(trials: Trials, best: Trial, evidence: dict[str, str]) -> Fitted:
+def with_trial(trials: Trials, best: Trial, part_words: dict[str, str]) -> Fitted:
     """The robust fit with a trial's parts; where it does not converge, without the last of the warps."""
     plain, parts, numbers = trials.fitted, best.parts, best.numbers
     variance = variance_of(plain)[0] * trials.variance_of(best) / trials.variance
@@ -23,7 +23,7 @@ def with_trial(trials: Trials, best: Trial, evidence: dict[str, str]) -> Fitted:
             return fit
         warps = [part for part in WARPS if part in parts]
         last = warps[-1] if warps else parts[-1]
-        evidence[last] = "dropped: least squares did not converge with it"
+        part_words[last] = "dropped: least squares did not converge with it"
         parts = tuple(part for part in parts if part != last)
         numbers = without(numbers, parts)
 

@@ -29,8 +29,7 @@ from fitting.reasons import Reason
 
 # Fringes finer than this [cycles per pixel] are near the camera's limit of a half.
 _NYQUIST = 0.42
-
-
+# What else may have made the rings, in the order in which it is asked; the first refusal is the answer.
 RIVALS: tuple[AbstractRival, ...] = (Astray(), Waveform(), SecondSystem(), Form(), ViewOrForm(), PriorTension())
 # What leaves less of the variance over was no photograph, and holds rounding.
 _ROUNDED = 1e-8
@@ -50,7 +49,7 @@ def report(
         "measured": given.unknown or "radius",
         "explained_variance": fit.explained,
         "warnings": _warnings(choice, inflation, given),
-        "model": _model(fit, photograph, given) | choice.evidence,
+        "model": _model(fit, photograph, given) | choice.part_words,
         "picture": Picture(photograph, fit),
     }
     parts = _parts_with_priors(choice)
@@ -90,7 +89,9 @@ def _warnings(choice: Choice, inflation: float, given: Quantities) -> list[str]:
     if given.unknown and missing:
         warnings.append(Reason.TREATED_AS_EXACT(names=" and ".join(missing)))
     warnings += [
-        Reason.PART_NOT_FITTED(part=part, why=why) for part, why in choice.evidence.items() if why.startswith(UNFITTED)
+        Reason.PART_NOT_FITTED(part=part, why=why)
+        for part, why in choice.part_words.items()
+        if why.startswith(UNFITTED)
     ]
     if float(choice.found.solution.point.modulus.mean()) < 0:
         warnings.append(Reason.BRIGHT_FOR_DARK())

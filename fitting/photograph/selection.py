@@ -8,15 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.estimate import (
-    FEW,
-    Fitted,
-)
+from fitting.estimate import FEW, Fitted
 from fitting.model import PARTS, SEARCHED, WARPS
 from fitting.photo import Photograph
 from fitting.photograph.averaging import Parts, sets_of, step_to_parts
 from fitting.photograph.contact_search import (
-    Rival,
+    RunnerUp,
     is_open,
     may_be_seen,
     screened,
@@ -42,16 +39,16 @@ UNFITTED = "asked for, but"
 class Complete(NamedTuple):
     """A fit with all parts that may be there.
 
-    - `sets` of warps that may be; `evidence`, `photograph`: as those of a `Choice`.
-    - `rival`: a fit with a searched part more or less that is not ruled out, and how probable it is.
+    - `sets` of warps that may be; `part_words`, `photograph`: as those of a `Choice`.
+    - `runner_up`: a fit with a searched part more or less that is not ruled out, and how probable it is.
     """
 
     fit: Fitted
     sets: list[Parts]
     priors: Priors
-    evidence: dict[str, str]
+    part_words: dict[str, str]
     photograph: Photograph
-    rival: tuple[Fitted, float] | None = None
+    runner_up: tuple[Fitted, float] | None = None
 
 
 def with_needed_parts(
@@ -79,25 +76,25 @@ def complete(
     """
     wishes = {part: wish for part, wish in wishes.items() if part in plain.model.parts}
     if 1 - plain.explained < _NOTHING and not any(wishes.values()):
-        evidence = dict.fromkeys((*WARPS, *SEARCHED), "not tried: the residual is at rounding level")
-        return _without_parts(plain, photograph, priors)._replace(evidence=evidence)
+        part_words = dict.fromkeys((*WARPS, *SEARCHED), "not tried: the residual is at rounding level")
+        return _without_parts(plain, photograph, priors)._replace(part_words=part_words)
     are_many = plain.orders >= FEW
     warps = tuple(part for part in WARPS if part in plain.model.parts and wishes.get(part, are_many))
     wishes |= {part: False for part in WARPS if part not in warps}
     searched = [part for part in SEARCHED if is_open(part, wishes, plain, photograph)]
     if before is None:
-        evidence = screened(plain, wishes)
+        part_words = screened(plain, wishes)
     else:
         # Those that were not there with the other curve are not looked for again.
         absent = [part for part in SEARCHED if part not in before.fit.parts and not wishes.get(part)]
-        evidence = {part: before.evidence[part] for part in absent if part in before.evidence}
-    searched = [part for part in searched if part not in evidence]
+        part_words = {part: before.part_words[part] for part in absent if part in before.part_words}
+    searched = [part for part in searched if part not in part_words]
     sets = sets_of(warps, [part for part in warps if wishes.get(part)])
     step = step_to_parts(plain, priors, sets)
     reach = float(np.abs(plain.solution.fields.slopes @ step).max()) if plain.converged else np.inf
     if not searched and reach < _NEAR:
         fit = plain if reach < _LINEAR else with_parts(plain, warps, plain.numbers + step, priors)
-        return Complete(fit if fit.converged else plain, sets, priors, evidence, photograph)
+        return Complete(fit if fit.converged else plain, sets, priors, part_words, photograph)
     trials = Trials(plain, photograph, wishes, priors, None if before is None else before.fit)
     best = trials.bent() if reach > _LINEAR else trials.first
     searches = {}
@@ -106,23 +103,23 @@ def complete(
             if not may_be_seen(part, plain, photograph, best.numbers):
                 continue
             if reason := without_promise(part, best):
-                evidence[part] = reason
+                part_words[part] = reason
                 continue
         searches[part] = search(trials, part, best)
-    best, rival, of_searches = with_or_without(best, searches, wishes, trials.reduced)
-    evidence |= of_searches | _unfitted(wishes, best)
-    fit = Complete(with_trial(trials, best, evidence), sets, priors, evidence, photograph)
-    return fit if rival is None else _with_rival(fit, trials, rival)
+    best, runner_up, of_searches = with_or_without(best, searches, wishes, trials.reduced)
+    part_words |= of_searches | _unfitted(wishes, best)
+    fit = Complete(with_trial(trials, best, part_words), sets, priors, part_words, photograph)
+    return fit if runner_up is None else _with_runner_up(fit, trials, runner_up)
 
 
-def _with_rival(complete: Complete, trials: Trials, rival: Rival) -> Complete:
+def _with_runner_up(complete: Complete, trials: Trials, runner_up: RunnerUp) -> Complete:
     """The same with the robust fit of a trial that is not ruled out."""
-    part, beside = rival.part, with_trial(trials, rival.trial, {})
+    part, beside = runner_up.part, with_trial(trials, runner_up.trial, {})
     if not beside.converged or not complete.fit.converged or (part in beside.parts) == (part in complete.fit.parts):
         return complete
-    chance = rival.chance if part in beside.parts else 1 - rival.chance
-    words = f"{complete.evidence[part]}; probability {chance:.0%}"
-    return complete._replace(evidence=complete.evidence | {part: words}, rival=(beside, rival.chance))
+    chance = runner_up.chance if part in beside.parts else 1 - runner_up.chance
+    words = f"{complete.part_words[part]}; probability {chance:.0%}"
+    return complete._replace(part_words=complete.part_words | {part: words}, runner_up=(beside, runner_up.chance))
 
 
 def _without_parts(plain: Fitted, photograph: Photograph, priors: Priors) -> Complete:

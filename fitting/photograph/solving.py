@@ -9,7 +9,7 @@ from fitting.model import AXIS, GapModel, Microscope, microscope_on, plate_curva
 from fitting.parameters import Numbers, held_turns
 from fitting.photo import Photograph, Rings, block_size, pixels_of, reduce, settled
 from fitting.photograph.choice import Choice, averaged
-from fitting.photograph.clusters import at_the_mean
+from fitting.photograph.clusters import with_shift_to_mean
 from fitting.photograph.priors import Priors
 from fitting.photograph.selection import complete, with_needed_parts
 from fitting.photograph.task import Task
@@ -42,7 +42,7 @@ def solve(task: Task, rings: Rings) -> Choice:
             again = with_needed_parts(task, plain, priors, refusal, with_all)
         with_all = again
     choice = averaged(with_all)
-    return at_the_mean(choice._replace(found=sharpened(finely(choice.found, task.photograph))))
+    return with_shift_to_mean(choice._replace(found=sharpened(finely(choice.found, task.photograph))))
 
 
 def _plain(task: Task, rings: Rings, before: Fitted | None = None) -> Fitted:

@@ -97,7 +97,7 @@ def with_another_curve(before: Complete, photograph: Photograph) -> Complete | N
     A contact may have come with the curve.
     """
     fit = before.fit
-    if not fit.converged or set(SEARCHED) & set(fit.parts) or before.rival is not None:
+    if not fit.converged or set(SEARCHED) & set(fit.parts) or before.runner_up is not None:
         return None
     reduced = reduce(photograph, fit.reduced.grid.block, dtype=fit.reduced.light.dtype.type)
     used = reduced.used & fit.reduced.used

@@ -4,7 +4,7 @@ import numpy as np
 
 from fitting.estimate import FEW, SHAPES, Fitted, correlation
 from fitting.parameters import Numbers, Parameter
-from fitting.photo import Photograph, Rings, block_means, noise_variance, pixels_of, plane_wave, view_of
+from fitting.photo import Photograph, Rings, are_straight, block_means, noise_variance, pixels_of, plane_wave, view_of
 from fitting.reasons import Reason
 from newtonjax.numerics import Statement
 
@@ -13,10 +13,6 @@ _POOR, _NONE = 0.3, 0.12
 # Structure that makes up more than 45 % of the variance, and errs together in blocks [px] by more than blurred noise
 # does, is fringes of another kind (equidistant circles, spirals, ellipses that were not found).
 _DOUBTFUL, _TOGETHER, _BLOCKS = 0.55, 3.5, (8, 16)
-# Straight fringes behind a camera's distortion of a few percent bend by so many turns, and so many more a fringe.
-_BEND, _WARPED = 0.15, 0.03
-# The search's scale of so few of them says nothing about their bend; the fit's does.
-_FEW_STRAIGHT = 3.6
 # Fewer fringes than this do not determine their scale unless a person tells where they are: of made pictures
 # (`experiments/truth/few_fringes.py`) with 1 to 1.5 some locked 16 to 30 % off behind uneven light, and left nothing
 # over that shows it. A person who gives a start or holds a number needs one.
@@ -25,8 +21,6 @@ _FEWEST, _FEWEST_GUIDED = 1.5, 1.0
 # that of many (of a photograph with 7 fringes 14 %, of ellipses with 5 to 6 up to 32 %). And how much less than two may
 # err together.
 _STRUCTURE, _GROWTH, _ALIKE = 0.02, 3.6, 3.0
-
-
 # Fringes that are wide, by their number, and blocks to a side that leave enough of their means.
 _WIDE, _LARGE = 10.0, 64
 
@@ -57,14 +51,14 @@ def judge(found: Fitted, photograph: Photograph, rings: Rings, guided: bool = Fa
     if explained < _NONE:
         return Reason.NO_RINGS_FIT(explained=max(explained, 0.0), least=_NONE)
     for k, c in ((rings.scale, rings.centre), (scale, (x, y))):
-        if bend := _straight(photograph.mask, k, c, _FEW_STRAIGHT):
+        if bend := _straight(photograph.mask, k, c):
             return bend
     if orders < (least := _FEWEST_GUIDED if guided else _FEWEST):
         reason = Reason.TOO_FEW_FRINGES_GUIDED if guided else Reason.TOO_FEW_FRINGES
         return reason(orders=orders, least=least)
     if scale <= 0:
         return Reason.NOT_CURVED()
-    if not guided and (bend := _straight(photograph.mask, scale, (x, y), 0.0)):
+    if not guided and (bend := _straight(photograph.mask, scale, (x, y), judges_few=True)):
         return bend
     return _locked_badly(found, explained, orders, guided)
 
@@ -115,11 +109,15 @@ def _squared_distance(mask: np.ndarray, centre: tuple[float, float]) -> np.ndarr
     return (x - centre[0]) ** 2 + (y - centre[1]) ** 2
 
 
-def _straight(mask: np.ndarray, scale: float, centre: tuple[float, float], fewest: float) -> Statement | None:
-    """That more fringes than the fewest cross the field without bending as rings do: they may be straight."""
+def _straight(
+    mask: np.ndarray, scale: float, centre: tuple[float, float], judges_few: bool = False
+) -> Statement | None:
+    """That fringes cross the field without bending as rings do; few of them only where these are judged, too."""
     x, y = pixels_of(mask)
     orders = abs(scale) * float(np.ptp(_squared_distance(mask, centre)))
     bend = abs(scale) * float(_squared_distance(mask, (float(x.mean()), float(y.mean()))).max())
-    if bend >= min(1.0, _BEND + _WARPED * orders) or orders <= fewest:
-        return None
-    return Reason.STRAIGHT_FIT_BEND(orders=orders, bend=bend)
+    return (
+        Reason.STRAIGHT_FIT_BEND(orders=orders, bend=bend)
+        if are_straight(orders, bend, judges_few=judges_few)
+        else None
+    )
