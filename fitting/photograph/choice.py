@@ -43,7 +43,10 @@ class Choice(NamedTuple):
 
 
 def averaged(complete: Complete) -> Choice:
-    """The fit with the most probable set of parts, and what the mean over all sets is made of."""
+    """The fit with the most probable set of parts, and what the mean over all sets is made of.
+
+    Members of that mean are the fit, another one for a picture that may be cut, and a runner-up of a search.
+    """
     fit, photograph = complete.fit, complete.photograph
     members = [Member(fit, complete.priors, complete.sets)]
     if fit.converged and complete.priors.may_be_cut and _axis_counts(fit):
@@ -65,7 +68,7 @@ def _axis_counts(fit: Fitted) -> bool:
 
 
 def _averaged(choice: Choice, members: list[Member], rounds: int = _MOST_ROUNDS) -> Choice:
-    """The fit with the most probable set of warps, and what the mean over all sets is made of.
+    """The choice with the best of its members, and the mean over the sets of all of them.
 
     `members`: fits with all that may be there, made anew in so many rounds where the mean is not linear in them.
     """

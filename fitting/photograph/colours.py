@@ -1,6 +1,5 @@
 """The result of a fit of all channels under light of several lines."""
 
-import time
 from typing import Any
 
 import numpy as np
@@ -38,7 +37,7 @@ _LEAST_LIT = 0.5
 _COMPRESSED = 7e-4
 
 
-def fit_channels(task: Task, rings: Rings, light: LampLight, arguments: dict[str, Any], began: float) -> FitResult:
+def fit_channels(task: Task, rings: Rings, light: LampLight, arguments: dict[str, Any]) -> FitResult:
     """One radius, pixel size or fringe scale of all channels; `task` has the light's reference for a wavelength."""
     source, transfer, mask, page = (arguments[name] for name in ("image", "transfer", "mask", "page"))
     channels = read_channels(source, transfer, mask, page)
@@ -52,10 +51,10 @@ def fit_channels(task: Task, rings: Rings, light: LampLight, arguments: dict[str
     odds = odds_of_lamps(fit.fit, rings.scale)
     common["model"] = _model(fit, photographs, light, odds)
     if reason := doubt_of(odds, light, fit.fit.problem.palette.lines):
-        return FitResult("refused", reason, seconds=time.perf_counter() - began, **common)
+        return FitResult("refused", reason, **common)
     numbers = _numbers(task, fit, photographs, light)
     picture = _picture(task.photograph, photographs, fit, light)
-    return FitResult(**numbers, picture=picture, seconds=time.perf_counter() - began, **common)
+    return FitResult(**numbers, picture=picture, **common)
 
 
 def with_light(channels: tuple[Photograph, ...]) -> tuple[Photograph, ...]:

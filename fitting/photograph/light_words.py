@@ -13,7 +13,7 @@ _MIDDLE = 555e-9
 # What goes with the fit of all channels; the others are of the fit of one.
 _APART = (
     "wavelength", "wavelength_sd", "scene", "free", "fixed", "start", "parts", "plate_radius", "plate_radius_sd",
-    "priors", "axis_px", "view_angle",
+    "priors", "axis_px", "view_angle", "channel",
 )  # fmt: skip
 
 
@@ -42,14 +42,12 @@ def light_of(arguments: dict[str, Any]) -> LampLight:
     """
     light = arguments["light"]
     if light is None and isinstance(arguments["wavelength"], str):
-        light, arguments["wavelength"] = arguments["wavelength"], None
+        light, arguments = arguments["wavelength"], arguments | {"wavelength": None}
     if not isinstance(light, str | Spectrum):
         raise ValueError(f"light is {shown(light)}; allowed: words such as 'mercury', or a Spectrum")
     for name in _APART:
         if arguments[name] is not None:
             raise ValueError(f"light and {name} do not go together: a fit under light has all channels; leave one out")
-    if arguments["channel"] is not None:
-        raise ValueError("light and channel do not go together: a fit under light has all channels; leave one out")
     lines = lines_of(lamp(light) if isinstance(light, str) else light)
     if not len(lines.wavelengths):
         raise ValueError(

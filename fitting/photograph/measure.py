@@ -2,8 +2,10 @@
 
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import jax
 import numpy as np
@@ -82,7 +84,7 @@ def fit(
       view: "reflected" (where it is not given, with a warning) or "transmitted"; a scene has its own.
       fixed: values held, by name: "gap" [m], "centre_px" (x, y).
       start: values to start from instead of the search, by name: "radius" [m] or "fringe_scale_per_px2", "centre_px".
-      transfer: "linear", "srgb" or an exponent; see `fitting.photo.read`. Without it the usual one is taken, and an
+      transfer: "linear", "srgb" or an exponent; see `fitting.read`. Without it the usual one is taken, and an
         exponent more where the fringes have a second harmonic.
       mask: True where pixels may be used, [rows, columns]; or an image file, where it is white (brighter than half).
       parts: "oblique_view", "distortion", "fifth_order" (of the distortion), "contact" or "film" (between the pressed
@@ -115,34 +117,40 @@ def fit(
     """
     arguments, began = locals(), time.perf_counter()
     try:
-        is_of_lines = light is not None or isinstance(wavelength, str)
-        light_given = light_of(arguments) if is_of_lines else None
+        result = _result_of(arguments)
+    except RefusedError as refusal:
+        warnings, parameters = list(refusal.photograph.warnings), refusal.parameters
+        result = FitResult("refused", refusal.reason, warnings=warnings, parameters=parameters)
+    return replace(result, seconds=time.perf_counter() - began)
+
+
+def _result_of(arguments: dict[str, Any]) -> FitResult:
+    """The result of the arguments of `fit`, stage by stage. Raises RefusedError where there can be none."""
+    is_of_lines = arguments["light"] is not None or isinstance(arguments["wavelength"], str)
+    light_given = light_of(arguments) if is_of_lines else None
+    if light_given is not None:
+        arguments = arguments | {"wavelength": light_given.reference}
+    task = task_of(arguments)
+    # Reading has loaded SciPy, whose threads are to be limited too.
+    progress = progress_of(arguments["progress"], "fitting")
+    with x64(runs_programs=arguments["scene"] is not None), one_blas_thread(), progress as done:
+        done(1, 4)
+        if task.scene is not None and task.scene.all_orders is not None:
+            return result_of_coated_bench(task)
+        task, rings = find(task)
+        done(2, 4)
         if light_given is not None:
-            arguments["wavelength"] = light_given.reference
-        task = task_of(arguments)
-        # Reading has loaded SciPy, whose threads are to be limited too.
-        with x64(runs_programs=scene is not None), one_blas_thread(), progress_of(progress, "fitting") as done:
-            done(1, 4)
-            if task.scene is not None and task.scene.all_orders is not None:
-                return result_of_coated_bench(task, began)
-            task, rings = find(task)
-            done(2, 4)
-            if light_given is not None:
-                result = fit_channels(task, rings, light_given, arguments, began)
-                done(4, 4)
-                return result
-            choice = solve(task, rings)
-            done(3, 4)
-            if reason := judge(choice.found, choice.photograph, rings, task.is_guided):
-                raise RefusedError(reason, choice.photograph)
-            if task.scene is not None:
-                choice = solve_bench(task.scene, task, choice)
-            if choice.found.orders < FEW:
-                choice = with_richer_light(choice)
-            result = report(task, choice, began, partial(further_lines, task, rings, arguments))
+            result = fit_channels(task, rings, light_given, arguments)
             done(4, 4)
             return result
-    except RefusedError as refusal:
-        seconds = time.perf_counter() - began
-        warnings, parameters = list(refusal.photograph.warnings), refusal.parameters
-        return FitResult("refused", refusal.reason, warnings=warnings, parameters=parameters, seconds=seconds)
+        choice = solve(task, rings)
+        done(3, 4)
+        if reason := judge(choice.found, choice.photograph, rings, task.is_guided):
+            raise RefusedError(reason, choice.photograph)
+        if task.scene is not None:
+            choice = solve_bench(task.scene, task, choice)
+        if choice.found.orders < FEW:
+            choice = with_richer_light(choice)
+        result = report(task, choice, partial(further_lines, task, rings, arguments))
+        done(4, 4)
+        return result

@@ -1,6 +1,5 @@
 """From an optimum to a result: quantities, standard deviations, budget, warnings and pictures."""
 
-import time
 from collections.abc import Callable, Collection
 from dataclasses import replace
 
@@ -35,9 +34,7 @@ RIVALS: tuple[AbstractRival, ...] = (Astray(), Waveform(), SecondSystem(), Form(
 _ROUNDED = 1e-8
 
 
-def report(
-    task: Task, choice: Choice, began: float, further: Callable[[float], Finding | None] | None = None
-) -> FitResult:
+def report(task: Task, choice: Choice, further: Callable[[float], Finding | None] | None = None) -> FitResult:
     """The result of a fit that was not refused; without a radius where the fit does not determine it.
 
     `further`: as in `_findings_of`.
@@ -61,24 +58,22 @@ def report(
     common["model"] |= {finding.rival: str(finding.words) for finding in by_kind["budget"]}
     try:
         if not fit.converged:
-            return FitResult("not-converged", Reason.NOT_CONVERGED(), seconds=time.perf_counter() - began, **common)
+            return FitResult("not-converged", Reason.NOT_CONVERGED(), **common)
         if task.scale is not None and task.scene is None:
             common["warnings"] += stretch_warning(task.scale, fit, variance)
         if by_kind["refusal"]:
-            return FitResult("refused", by_kind["refusal"][0].words, seconds=time.perf_counter() - began, **common)
+            return FitResult("refused", by_kind["refusal"][0].words, **common)
         covariance, rows = image_rows(choice, variance, given)
     except np.linalg.LinAlgError as error:
-        return FitResult(
-            "refused", Reason.UNDETERMINED(error=str(error)), seconds=time.perf_counter() - began, **common
-        )
+        return FitResult("refused", Reason.UNDETERMINED(error=str(error)), **common)
     if task.view_angle is not None:
         common["model"][VIEW_OR_FORM] = f"{task.view_angle.words}; the radius is that of the two radii's mean curvature"
     numbers = measured(answer, given, task.contact_phase, covariance, rows + rival_rows, task.view_angle)
     if numbers["fringe_scale_sd"] > 0.2 * numbers["fringe_scale_per_px2"]:
-        return FitResult("refused", Reason.CURVATURE_UNCERTAIN(), seconds=time.perf_counter() - began, **common)
+        return FitResult("refused", Reason.CURVATURE_UNCERTAIN(), **common)
     rings = rings_of(answer, given, task.contact_phase, covariance)
     evidence = Evidence(fit, given, variance, covariance, averaging, choice.ratio)
-    return FitResult(**numbers, seconds=time.perf_counter() - began, evidence=evidence, rings=rings, **common)
+    return FitResult(**numbers, evidence=evidence, rings=rings, **common)
 
 
 def _warnings(choice: Choice, inflation: float, given: Quantities) -> list[str]:

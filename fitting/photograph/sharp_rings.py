@@ -1,6 +1,5 @@
 """What is said of rings of many beams: finesse and fringe scale, and a radius where a coated bench is given."""
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -38,7 +37,7 @@ def refusal_of_sharp_rings(task: Task, rings: Rings, evidence: RingEvidence) -> 
     return RefusedError(_reason(parameters), photograph, parameters)
 
 
-def result_of_coated_bench(task: Task, began: float) -> FitResult:
+def result_of_coated_bench(task: Task) -> FitResult:
     """The radius, or what else is unknown, by rings of many beams that a coated bench is said to have made."""
     photograph, known = task.photograph, task.quantities
     rings, _ = search_of(photograph)
@@ -47,7 +46,7 @@ def result_of_coated_bench(task: Task, began: float) -> FitResult:
     common = {"warnings": list(photograph.warnings), "explained_variance": answer.explained}
     if answer.explained < _CLEAR:
         reason = Reason.SHARP_RINGS_MISFIT(explained=max(answer.explained, 0.0), least=_CLEAR)
-        return FitResult("refused", reason, seconds=time.perf_counter() - began, **common)
+        return FitResult("refused", reason, **common)
     common |= {"centre_px": answer.centre, "fringe_scale_per_px2": answer.scale, "fringe_scale_sd": answer.scale_sd}
     budget = _budget(known, answer)
     value = known.values(answer.scale)[known.measured]
@@ -56,8 +55,7 @@ def result_of_coated_bench(task: Task, began: float) -> FitResult:
     parameters[known.measured] = Parameter(value, sd, False, known.measured, spec.unit)
     if known.measured == "radius":
         common |= {"radius": value, "radius_sd": sd, "radius_interval": interval(value, sd)}
-    seconds = time.perf_counter() - began
-    return FitResult("ok", measured=known.measured, budget=budget, parameters=parameters, seconds=seconds, **common)
+    return FitResult("ok", measured=known.measured, budget=budget, parameters=parameters, **common)
 
 
 def _budget(known: Quantities, answer: ManyBeams) -> list[tuple[str, float]]:
