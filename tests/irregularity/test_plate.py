@@ -57,7 +57,7 @@ def test_light_and_form_that_are_one_picture_are_refused_with_the_request_and_a_
     picture = plate_picture(form, rng, LOOK)
     refused = fitting.plate_test(picture.image, pupil=picture.pupil)
     assert (refused.status, refused.reason) == ("refused", "PLATE_UNDETERMINED")
-    assert "a picture of the light without fringes" in refused.message
+    assert "three pictures, each pressed by about a third" in refused.message
     assert refused.power is None
     lamp = lamp_picture(picture.light, rng, LOOK)
     answer = fitting.plate_test(picture.image, pupil=picture.pupil, light_picture=lamp)
