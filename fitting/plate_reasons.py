@@ -38,6 +38,10 @@ class PlateReason(Wording):
         "no one form explains these {count} pictures; give pictures of one part in one place under one light, between "
         "which only the plate is pressed, by about a third of a fringe from one to the next"
     )
+    PLATE_FRAMES_BLURRED = (
+        "these pictures are blurred by {blur:.2g} px at an aperture of {radius:.0f} px radius, at most {most:.2g} px "
+        "is allowed, as the dark rim reaches what is measured; focus, or take larger pictures"
+    )
     PLATE_SIGN_OPEN = (
         "the sign of power is open, and shown positive: say which way the rings move when the plate is pressed "
         "(rings_move)"

@@ -95,6 +95,14 @@ def test_pressed_pictures_of_two_parts_are_refused_as_such():
     assert refused.power is None
 
 
+def test_pressed_pictures_whose_blur_reaches_in_from_the_rim_are_refused():
+    rng = np.random.default_rng(1)
+    pictures = pressed_pictures(random_part(1.0, 0.05, rng), rng, LOOK._replace(blur=3.0))
+    refused = fitting.plate_test([picture.image for picture in pictures], pupil=pictures[0].pupil)
+    assert (refused.status, refused.reason) == ("refused", "PLATE_FRAMES_BLURRED")
+    assert "blurred by 3 px at an aperture of 78 px radius" in refused.message
+
+
 def test_rings_that_move_inwards_turn_the_sign(scene, result):
     _, picture = scene
     inwards = fitting.plate_test(picture.image, pupil=picture.pupil, rings_move="inwards", **LENGTHS)
