@@ -52,7 +52,10 @@ def load(path: str | Path, page: int | None = None) -> Picture:
     # The decoder's buffer and the array made of it.
     require_memory(f"reading {path}, {rows} x {columns} pixels,", 2.0 * rows * columns * size, SMALLER)
     try:
-        return Picture(reader.load(path, int(number) - 1), int(number), pages)
+        codes = reader.load(path, int(number) - 1)
+        if codes.ndim < 2 or codes.size == 0:
+            raise ValueError("it holds no pixels")
+        return Picture(codes, int(number), pages)
     except Exception as error:
         raise _unreadable(path, error) from error
 

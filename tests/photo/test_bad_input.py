@@ -9,7 +9,7 @@ from io import BytesIO
 import imageio.v3 as iio
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from PIL import Image
 from rings_data import rings
@@ -32,6 +32,7 @@ FILES = {extension: encoded(extension) for extension in (".png", ".jpg", ".tif",
 @given(
     st.sampled_from(sorted(FILES)), st.integers(0, 6000), st.lists(st.tuples(st.integers(0, 6000), st.integers(0, 255)))
 )
+@example(".tif", 178, [(10, 1)])
 def test_a_damaged_file_is_read_or_refused_in_one_line(tmp_path, extension, length, changes):
     """Cut off anywhere and with any bytes changed: an array with pixels, or a ValueError that names the file."""
     content = bytearray(FILES[extension][: max(length, 1)])

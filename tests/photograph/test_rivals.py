@@ -98,7 +98,7 @@ def test_dust_and_print_are_not_taken_for_fringes_that_are_astray():
 
 def test_many_beams_are_told_by_their_harmonics_and_covered():
     rho, _ = polar()
-    light = 1 / (1 + 1.6 * np.sin(np.pi * ORDERS * rho**2) ** 2)
+    light = 1 / (1 + 1.2 * np.sin(np.pi * ORDERS * rho**2) ** 2)
     result, rivals = fired(noisy(light), transfer="linear")
     assert result.status == "ok"
     assert rivals["waveform"].value > rivals["waveform"].limit > 0
