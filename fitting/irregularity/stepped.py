@@ -66,7 +66,8 @@ def form_of_frames(images: Any, request: Request, transfer: Any, mask: Any, *, i
     if unblurred is not None:
         frames, first = unblurred.frames, unblurred.fit
         blur, most = np.sqrt(unblurred.variance), _MOST_BLUR * frames.pupil.radius
-        if blur > most:
+        # Of few fringes the blur is known to a pixel only.
+        if unblurred.variance - unblurred.sd > most**2:
             reason = PlateReason.PLATE_FRAMES_BLURRED(blur=blur * scale, radius=pupil.radius, most=most * scale)
             return Form("refused", reason, warnings=warnings, **blank)
     fit, reported = _with_terms(frames, first, request.terms)
