@@ -26,8 +26,8 @@ class Reason(Wording):
     TOO_FEW_PIXELS = "{usable} pixels of {total} can be used: the image is saturated, dark or masked"
     UNIFORM = "the image is uniform: there are no fringes"
     VIEW_ASSUMED = (
-        'view is not given: "reflected" is assumed; one image cannot distinguish reflected from transmitted rings '
-        "unless the gap is known, nor Newton's rings from those of a Michelson interferometer"
+        'view (--view) is not given: "reflected" is assumed; one image cannot distinguish reflected from transmitted '
+        "rings unless the gap is known, nor Newton's rings from those of a Michelson interferometer"
     )
 
     # Whether it shows rings: by the search, then by the fit.

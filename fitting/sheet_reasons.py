@@ -70,4 +70,7 @@ class SheetReason(Wording):
         "the fringes change by {change:.1%} from the middle to the rim, beyond noise and the camera's distortion: the "
         "plates are bent, or seen at a slant; the angle is that in the middle, and its change is in the budget"
     )
-    NO_ANGLE = "{missing} not given: there is no angle without, and the spacing in pixels is the answer"
+    NO_ANGLE = (
+        "{missing} not given: there is no angle without, and the spacing in pixels is the answer; give wavelength and "
+        "pixel_size (newtonjax scale measures it, --scale-from takes its file)"
+    )

@@ -15,7 +15,9 @@ def run(photo: Path | None, options: dict, outputs: Outputs) -> int:
     """Measure, report, write; the exit status."""
     if "points" not in options and all(options[name] is None for name in _SIZES):
         raise ValueError(
-            "give --division of a photographed grid, --ruler, --disc-diameter, or --point twice with --distance"
+            "say what the photograph shows: a grid (--division 0.2mm), a ruler (--ruler 1mm, from line to line) or a "
+            "disc or ring (--disc-diameter 10mm); or, without a photograph, two of its points in pixels "
+            "(--point 120,340 --point 980,352 --distance 10mm)"
         )
     if photo is None:
         outputs.check(())
