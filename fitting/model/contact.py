@@ -67,7 +67,7 @@ class Contact(AbstractPart):
         slope = length * root / (2 * size + _TINY)
         return {"contact": Shown("contact_radius" if is_scaled else "contact_radius_px", root * length, slope)}
 
-    def number_of(self, name: str, value, length):  # noqa: ARG002
+    def number_of(self, name: str, value, length):  # noqa: ARG002  # others need all
         """The squared radius [half diagonals²] of a disc's radius."""
         return (value / length) ** 2
 

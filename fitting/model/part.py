@@ -138,6 +138,6 @@ class AbstractPart:
         """Its numbers in a result, where not as they are; `length`: half a diagonal [m], or [px] without a scale."""
         raise NotImplementedError
 
-    def number_of(self, name: str, value, length):  # noqa: ARG002
+    def number_of(self, name: str, value, length):  # noqa: ARG002  # others need all
         """A number of the model for its value in a result; the inverse of `shown`."""
         return value

@@ -207,7 +207,7 @@ class SceneModel(eqx.Module):
         """The quantity that is measured, for its first number."""
         return self._own()[quantities.measured] * (1 + curvature)
 
-    def first_number(self, quantities: Quantities, measured, changed: Mapping):  # noqa: ARG002
+    def first_number(self, quantities: Quantities, measured, changed: Mapping):  # noqa: ARG002  # others need all
         """The inverse of `measured`."""
         return measured / self._own()[quantities.measured] - 1
 

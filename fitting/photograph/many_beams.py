@@ -23,8 +23,8 @@ _MOST_SHARP = 0.995
 # Bright rings or dark ones.
 _TURNS = (0.0, 0.5)
 # What blunt rings explain, the next sharper ones, and these over those, where the sharpest may explain the light: of 15
-# made pictures of a finesse of 10 to 29 at least 0.37, 0.58 and 1.24; of eight photographs of something else one passes
-# the first, with 0.44 and 1.18, and one more the second, with 1.00.
+# made pictures of a finesse of 10 to 29 at least 0.37, 0.58 and 1.24; of eight photographs of something else three
+# pass the first, then with 0.24, 0.44 and 0.65, and 0.74, 1.18 and 1.00.
 _BLUNT, _SHARPER, _GROWTH = 0.3, 0.5, 1.1
 # Harmonics of lines that have a width.
 _HARMONICS = 60

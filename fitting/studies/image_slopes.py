@@ -108,7 +108,7 @@ def _slope(at: Callable[[float], Image], knob: Knob, swing: float) -> Image:
             break
     is_ahead = room < step
     weights = _AHEAD if is_ahead else _CENTRAL
-    return sum(weight * (at(k * step) if k else middle) for k, weight in weights) / step  # pyright: ignore
+    return sum((weight * (at(k * step) if k else middle) for k, weight in weights), np.zeros_like(middle)) / step
 
 
 def _rendered(method: AbstractMethod, scene: Scene, camera: Camera) -> Image:
