@@ -252,6 +252,8 @@ def _with_radius(result: PlateTest) -> PlateTest:
         warnings.append(PlateReason.PLATE_SIGN_OPEN())
     named = {"plate_radius": lengths.plate_radius, "wavelength": lengths.wavelength, "diameter": lengths.diameter}
     missing = [name for name, value in named.items() if value is None] + ["rings_move"] * (form.sign is None)
+    # The diameter is that of an aperture that is seen, not of the largest circle in the frame.
+    missing += ["pupil"] * any(getattr(text, "code", "") == Reason.PUPIL_NOT_SEEN.name for text in warnings)
     if missing or result.power is None:
         warnings.append(PlateReason.PLATE_NO_RADIUS(missing=", ".join(missing)))
         return replace(result, warnings=warnings)

@@ -123,6 +123,15 @@ def test_the_radius_of_a_part_is_that_of_two_spheres():
     assert convex_plate.radius == pytest.approx(-0.2501, abs=1e-6)
 
 
+def test_there_is_no_radius_where_the_aperture_of_the_diameter_is_not_seen(scene):
+    """The form is then one of the largest circle, whose diameter nobody has given."""
+    inside = slice(30, -30)
+    answer = fitting.plate_test(scene[1].image[inside, inside], **LENGTHS, rings_move="outwards")
+    assert {"PUPIL_NOT_SEEN", "PLATE_NO_RADIUS"} <= set(answer.warning_codes)
+    assert answer.part is None
+    assert "the radius of the part needs pupil" in answer.report()
+
+
 def test_dark_lines_of_the_form_lie_on_the_dark_fringes(uneven):
     form, picture, answer = uneven
     panel = answer.figure().axes[1]
