@@ -1,6 +1,7 @@
 """From a file to light, mask and block means; and rings in it without a start, and what speaks for them."""
 
 from fitting.photo.codes import thin as thin
+from fitting.photo.evidence import PLANE as PLANE
 from fitting.photo.evidence import RingEvidence as RingEvidence
 from fitting.photo.evidence import are_straight as are_straight
 from fitting.photo.evidence import evidence_of as evidence_of

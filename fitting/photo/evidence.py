@@ -20,7 +20,7 @@ _EXPONENTS = np.exp(np.linspace(np.log(0.3), np.log(3.5), 9))
 # one. The search's scale of so few of them says nothing about their bend; the fit's does.
 _BEND, _WARPED, _FEW_STRAIGHT = 0.15, 0.03, 3.6
 # A plane wave that explains more than this of the fringe power is the reason for a poor match.
-_PLANE = 0.3
+PLANE = 0.3
 # Rings of a match above the second need no other evidence; below the first none suffices; between, share and coherence
 # have to be so much as the match falls short. Rings of the experiment `refusals` and of real photographs have a match
 # of 0.48 and 0.26 or more; the latter's share and coherence are 0.8 or more where their match is below 0.4.
@@ -68,7 +68,7 @@ class RingEvidence:
             return "straight"
         agreement = min(self.share, self.coherence)
         if (agreement < self.least_agreement or self.match < _NO_MATCH) and not self.clear_beside_noise:
-            return "straight" if self.plane > _PLANE else "no rings"
+            return "straight" if self.plane > PLANE else "no rings"
         return "many beams" if abs(self.second) > _SECOND or abs(self.third) > _THIRD else "rings"
 
     @property

@@ -159,8 +159,8 @@ def _pixels_of(photograph: Photograph) -> _Pixels:
     """Unsaturated pixels, spread over the field by chance."""
     view = view_of(photograph, 1, photograph.mask)
     rows, columns = np.nonzero(view.mask)
-    chosen = np.random.default_rng(0).permutation(len(rows))[:_PIXELS]
-    rows, columns = rows[chosen], columns[chosen]
+    places = np.random.default_rng(0).permutation(len(rows))[:_PIXELS]
+    rows, columns = rows[places], columns[places]
     light = view.means[rows, columns].astype(float)
     x, y = columns + float(view.corner[0]), rows + float(view.corner[1])
     middle = (float(x.mean()), float(y.mean()))

@@ -4,7 +4,17 @@ import numpy as np
 
 from fitting.estimate import FEW, SHAPES, Fitted, correlation
 from fitting.parameters import Numbers, Parameter
-from fitting.photo import Photograph, Rings, are_straight, block_means, noise_variance, pixels_of, plane_wave, view_of
+from fitting.photo import (
+    PLANE,
+    Photograph,
+    Rings,
+    are_straight,
+    block_means,
+    noise_variance,
+    pixels_of,
+    plane_wave,
+    view_of,
+)
 from fitting.reasons import Reason
 from newtonjax.numerics import Statement
 
@@ -46,7 +56,7 @@ def judge(found: Fitted, photograph: Photograph, rings: Rings, guided: bool = Fa
     if not (np.isfinite(explained) and np.isfinite(scale)):
         return Reason.NOT_FINITE()
     straight = plane_wave(view_of(photograph)) if explained < _POOR else 0.0
-    if straight > 0.3:
+    if straight > PLANE:
         return Reason.STRAIGHT_FIT_WAVE(straight=straight)
     if explained < _NONE:
         return Reason.NO_RINGS_FIT(explained=max(explained, 0.0), least=_NONE)
