@@ -93,7 +93,7 @@ def _scale_advice(photo: Path, options: FitOptions) -> str:
     if options.lamp is not None:
         lamp = f"--light {shlex.quote(options.lamp)}"
     elif options.wavelength is not None:
-        lamp = f"--wavelength {options.wavelength.within(1.0) * 1e9:.7g}nm"
+        lamp = f"--wavelength {shlex.quote(options.wavelength.words)}"
     fit = f"newtonjax fit {shlex.quote(str(photo))} {lamp}"
     view = "" if options.view is None else f" --view {options.view}"
     return (

@@ -21,12 +21,14 @@ _INDEX_OF_AIR = 1.00028
 class Wavelength(NamedTuple):
     """A wavelength as it was given [m]; `line` is True for the air wavelength of a named line.
 
-    `sd`: standard deviation of a doublet's mean, by its lines' unknown intensities; None for anything else. `lamp`: the
-    words for a light of lines so far apart that a photograph shows several; the wavelength is their mean.
+    `words`: as it was typed. `sd`: standard deviation of a doublet's mean, by its lines' unknown intensities; None for
+    anything else. `lamp`: the words for a light of lines so far apart that a photograph shows several; the wavelength
+    is their mean.
     """
 
     given: float
     line: bool
+    words: str
     sd: float | None = None
     lamp: str | None = None
 
@@ -39,6 +41,13 @@ class Wavelength(NamedTuple):
         return self.given * _INDEX_OF_AIR if self.line and ambient_index > 1.0001 else self.given
 
 
+def in_air(wavelength: Wavelength | None, sd: float | str | None) -> dict[str, float | str | None]:
+    """The arguments `wavelength` and `wavelength_sd` of a verb without a scene; a line's own sd where none is given."""
+    if wavelength is None:
+        return {"wavelength": None, "wavelength_sd": sd}
+    return {"wavelength": wavelength.within(1.0), "wavelength_sd": wavelength.sd if sd is None else sd}
+
+
 def wavelength(text: str) -> Wavelength:
     """A wavelength such as "589.3nm", a line or lamp such as "sodium", or the mean of any light that `lamp` reads.
 
@@ -46,13 +55,13 @@ def wavelength(text: str) -> Wavelength:
     """
     name = text.strip().lower()
     if name == "sodium":
-        return Wavelength(_SODIUM * 1e-9, line=True, sd=_MEAN_SD[name])
+        return Wavelength(_SODIUM * 1e-9, True, text, _MEAN_SD[name])
     if name in LINES:
-        return Wavelength(LINES[name] * 1e-9, line=True, sd=_MEAN_SD.get(name))
+        return Wavelength(LINES[name] * 1e-9, True, text, _MEAN_SD.get(name))
     if name in LAMPS or any(sign in name for sign in ":/") or name.endswith(".csv"):
         return _mean(text)
     try:
-        return Wavelength(positive_length(text), line=False)
+        return Wavelength(positive_length(text), False, text)
     except ValueError as error:
         lines = f", or a line: {', '.join(['sodium', *LINES, 'hene'])}"
         raise ValueError(f"{error}{'' if any(map(str.isdigit, text)) else lines}") from None
@@ -70,7 +79,7 @@ def _mean(text: str) -> Wavelength:
     is_named = text.partition(":")[0].strip().lower() in LAMPS
     lines = np.asarray(spectrum.wavelengths)
     several = is_named and float(np.ptp(lines)) > _APART
-    return Wavelength(mean, line=is_named, sd=_SD_OF_LINES * spread or None, lamp=text if several else None)
+    return Wavelength(mean, is_named, text, _SD_OF_LINES * spread or None, text if several else None)
 
 
 def light(text: str) -> str:

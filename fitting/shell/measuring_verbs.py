@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from fitting.shell import quantities
+from fitting.shell.lamps import in_air
 from fitting.shell.options import (
     Channel,
     Columns,
@@ -215,8 +216,7 @@ def rings(
     from fitting.shell.answer import Outputs
 
     options = {
-        "wavelength": None if wavelength is None else wavelength.within(1.0),
-        "wavelength_sd": wavelength.sd if wavelength is not None and wavelength_sd is None else wavelength_sd,
+        **in_air(wavelength, wavelength_sd),
         "pixel_size": pixel_size,
         "pixel_size_sd": pixel_size_sd,
         "radius": radius,

@@ -7,6 +7,7 @@ import typer
 
 from fitting.shell import quantities
 from fitting.shell.form_command import circle
+from fitting.shell.lamps import in_air
 from fitting.shell.options import Force, Json, MaskImage, OutputDir, Page, Transfer, Wave, WaveSd, option
 
 
@@ -61,8 +62,7 @@ def plate(
     options = {
         "plate_radius": plate_radius,
         "plate_radius_sd": plate_radius_sd,
-        "wavelength": None if wavelength is None else wavelength.within(1.0),
-        "wavelength_sd": wavelength.sd if wavelength is not None and wavelength_sd is None else wavelength_sd,
+        **in_air(wavelength, wavelength_sd),
         "diameter": diameter,
         "diameter_sd": diameter_sd,
         "light_picture": light_picture,

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from fitting.shell.lamps import in_air
 from fitting.shell.options import (
     Columns,
     Encoding,
@@ -67,8 +68,7 @@ def wedge(
     from fitting.shell.answer import Outputs
 
     both = {
-        "wavelength": None if wavelength is None else wavelength.within(1.0),
-        "wavelength_sd": wavelength.sd if wavelength is not None and wavelength_sd is None else wavelength_sd,
+        **in_air(wavelength, wavelength_sd),
         "length": length,
         "length_sd": length_sd,
         "gap_index": 1.0 if gap_index is None else gap_index,

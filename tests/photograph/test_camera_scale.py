@@ -158,10 +158,11 @@ def test_a_lens_of_known_radius_is_a_scale_for_another(tmp_path, capsys):
 
 def test_a_fit_without_a_scale_ends_with_the_way_to_one(tmp_path, capsys):
     np.save(tmp_path / "rings.npy", rings(noise=0.02))
-    assert main(["fit", str(tmp_path / "rings.npy"), "--wavelength", "589.3nm", "--view", "reflected"]) == 0
+    assert main(["fit", str(tmp_path / "rings.npy"), "--wavelength", "sodium", "--view", "reflected"]) == 0
     commands = [line.split() for line in capsys.readouterr().out.splitlines() if line.startswith("    newtonjax ")]
     file = str(tmp_path / "scale.json")
     (_, again, points, _) = [[file if word == "scale.json" else word for word in words[1:]] for words in commands]
     assert main(points) == 0
+    assert again[again.index("--wavelength") + 1] == "sodium"
     assert main(again) == 0
     assert "[[Next]]" not in capsys.readouterr().out

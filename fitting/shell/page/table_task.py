@@ -12,7 +12,7 @@ from fitting.shell.page.settings import check_lamp
 
 # What may be typed beside a table, with what reads it.
 _READERS: dict[str, Callable[[str], Any]] = {
-    "wavelength": lambda text: lamps.wavelength(text).within(1.0),
+    "wavelength": lamps.wavelength,
     "wavelength_sd": quantities.length_sd,
     "pixel_size": quantities.positive_length,
 }
@@ -25,8 +25,8 @@ def measure(files: Path, tell: Callable[[str, Any], None], text: str, texts: Map
     if not text.strip():
         raise ValueError("there is no table yet; paste the cells of a spreadsheet with their header")
     arguments = {name: _READERS[name](words) for name, words in texts.items() if words}
-    if "wavelength" in arguments and "wavelength_sd" not in arguments:
-        arguments["wavelength_sd"] = lamps.wavelength(texts["wavelength"]).sd
+    if "wavelength" in arguments:
+        arguments |= lamps.in_air(arguments["wavelength"], arguments.get("wavelength_sd"))
     # A text with a line break is a table; without one it would be the name of a file.
     result = fitting.rings(f"{text.strip()}\n", **arguments)
     answer = {"status": result.status, "headline": result.report().splitlines()[:2], "report": result.report()}
