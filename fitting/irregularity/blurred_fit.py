@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import ndimage
 
+from fitting.irregularity.blurring import blurred
 from fitting.irregularity.lamp_light import CHANGE_SD
 from fitting.irregularity.lit_disc import LitDisc
 from fitting.irregularity.moments import powers, products_at
@@ -22,7 +23,7 @@ FITTED, REPORTED, _BEYOND_SD = 21, 15, 0.03
 # Degree of the illumination; standard deviation of its terms beyond degree 2, as shares of its mean.
 _DEGREE, _FREE, _LIGHT_SD = 4, 2, 0.02
 # Variance of the blur, mean and standard deviation [px²], and its bounds.
-_BLUR, _BLUR_SD, _BLUR_BOUNDS = 1.0, 2.0, (0.01, 25.0)
+_BLUR, _BLUR_SD, _BLUR_BOUNDS = 1.0, 2.0, (0.0, 25.0)
 _VISIBILITY_BOUNDS = (0.03, 1.0)
 # Turns that the phase may move in a step; the fit has converged where a step would lower chi-squared by less.
 _STEP, _STILL, _STEPS = 0.3, 0.01, 40
@@ -157,8 +158,8 @@ class _Picture:
         """The numbers with the illumination that fits best: along a valley it follows the form."""
         even, cosine, _ = self._fields(numbers)
         fringes = 1 + np.float32(numbers.visibility) * cosine
-        residual = self.light - _blurred(even * fringes, numbers.blur)[self.disc.used]
-        columns = _blurred(fringes, numbers.blur)[self.disc.used][:, None] * self.even
+        residual = self.light - blurred(even * fringes, numbers.blur)[self.disc.used]
+        columns = blurred(fringes, numbers.blur)[self.disc.used][:, None] * self.even
         priors = self.weights[FITTED + 2 :]
         normal = (columns.T @ columns).astype(float) + np.diag(priors)
         slope = (columns.T @ residual).astype(float) - priors * numbers.light
@@ -172,7 +173,7 @@ class _Picture:
     def square(self, numbers: Numbers) -> float:
         """Residual sum of squares and the priors' part."""
         even, cosine, _ = self._fields(numbers)
-        model = _blurred(even * (1 + np.float32(numbers.visibility) * cosine), numbers.blur)
+        model = blurred(even * (1 + np.float32(numbers.visibility) * cosine), numbers.blur)
         residual = self.light - model[self.disc.used]
         prior = float(self.weights @ np.square(self._strayed(numbers)))
         return float(np.square(residual, dtype=float).sum()) + prior
@@ -185,10 +186,10 @@ class _Picture:
         """
         visibility, used = np.float32(numbers.visibility), self.disc.used
         even, cosine, sine = self._fields(numbers)
-        model = _blurred(even * (1 + visibility * cosine), numbers.blur)
-        rate = _blurred(np.float32(-2 * np.pi) * visibility * even * sine, numbers.blur)[used]
-        contrast = _blurred(even * cosine, numbers.blur)[used]
-        fringes = _blurred(1 + visibility * cosine, numbers.blur)[used]
+        model = blurred(even * (1 + visibility * cosine), numbers.blur)
+        rate = blurred(np.float32(-2 * np.pi) * visibility * even * sine, numbers.blur)[used]
+        contrast = blurred(even * cosine, numbers.blur)[used]
+        fringes = blurred(1 + visibility * cosine, numbers.blur)[used]
         # By the heat equation a blur of variance s² changes with s² by half of the Laplacian.
         widening = ndimage.laplace(model)[used] / 2
         parts = [rate[:, None] * self.values, contrast[:, None], widening[:, None], fringes[:, None] * self.even]
@@ -238,7 +239,3 @@ class _Picture:
             self.disc.block,
             converged,
         )
-
-
-def _blurred(field: np.ndarray, variance: float) -> np.ndarray:
-    return ndimage.gaussian_filter(field, np.sqrt(variance))

@@ -127,16 +127,18 @@ class _Sample:
         return light @ light - c * dc - s * ds, np.arctan2(-s, c) / (2 * np.pi), np.hypot(c, s)
 
     def start(self, forms: np.ndarray, visibilities: np.ndarray) -> _State:
-        """The illumination that fits best at each form."""
-        forms = forms.astype(np.float32)
-        visibilities = np.clip(visibilities, 0.1, 0.95).astype(np.float32)
+        """The state at each form."""
+        return self._lit(forms.astype(np.float32), np.clip(visibilities, 0.1, 0.95).astype(np.float32))
+
+    def _lit(self, forms: np.ndarray, visibilities: np.ndarray) -> _State:
+        """The state with the illumination that fits best: along a valley it follows the form."""
         fringes = 1 + visibilities[:, None] * np.cos(2 * np.pi * (forms @ self.values.T))
-        columns = fringes[:, :, None] * self.even
-        across = columns.transpose(0, 2, 1)
-        normal = across @ columns
+        count = self.even.shape[1]
+        products = (self.even[:, :, None] * self.even[:, None, :]).reshape(len(self.light), -1)
+        normal = (np.square(fringes) @ products).reshape(-1, count, count)
         trace = np.trace(normal, axis1=1, axis2=2)[:, None, None]
-        normal = normal + 1e-6 * trace * np.eye(self.even.shape[1], dtype=np.float32)
-        light = np.linalg.solve(normal, (across @ self.light)[:, :, None])[:, :, 0]
+        normal = normal + 1e-6 * trace * np.eye(count, dtype=np.float32)
+        light = np.linalg.solve(normal, ((fringes * self.light) @ self.even)[:, :, None])[:, :, 0]
         return _State(forms, visibilities, light, self._residual(forms, visibilities, light)[1])
 
     def _residual(self, forms: np.ndarray, visibilities: np.ndarray, light: np.ndarray):
@@ -174,8 +176,7 @@ class _Sample:
         step *= np.minimum(1, _STEP / np.maximum(largest, 1e-9))[:, None]
         forms = state.forms + step[:, :TERMS]
         visibilities = np.clip(state.visibilities + step[:, TERMS], _LEAST_VISIBILITY, 1.0)
-        light = state.light + step[:, TERMS + 1 :]
-        return _State(forms, visibilities, light, self._residual(forms, visibilities, light)[1])
+        return self._lit(forms, visibilities)
 
     def _columns(self, state: _State) -> tuple[np.ndarray, np.ndarray]:
         """How the light changes with form, visibility and illumination [n, pixels, numbers]; the residual."""

@@ -7,8 +7,8 @@ variance s² [px²] small: c is taken out of the frames, whose light stays free 
 from typing import NamedTuple
 
 import numpy as np
-from scipy import ndimage
 
+from fitting.irregularity.blurring import blurred
 from fitting.irregularity.frames import Frames
 from fitting.irregularity.joint_frames import FramesFit, FramesState, refit_frames
 from fitting.irregularity.moments import products_at
@@ -76,12 +76,12 @@ def _taken(frames: Frames, fit: FramesFit, variance: float) -> np.ndarray:
     even = np.linalg.lstsq(products_at(frames.u, frames.v, _DEGREE), fit.even, rcond=None)[0]
     inside = np.hypot(grid_u, grid_v) <= 1 + _MARGIN * abs(grid_u[0, 1] - grid_u[0, 0])
     light = np.where(inside, (products_at(grid_u.ravel(), grid_v.ravel(), _DEGREE) @ even).reshape(inside.shape), 0.0)
-    blurred_light = _blurred(light, variance)
+    blurred_light = blurred(light, variance)
     rows = []
     for (piston, *tilt), gain in zip(fit.own, fit.gains, strict=True):
         turns = on_grid(np.concatenate([[piston], tilt, fit.form]), u(used.shape[1]), v(used.shape[0]))
         fringes = gain * (1 + fit.visibility * np.cos(2 * np.pi * turns))
-        rows.append((_blurred(light * fringes, variance) - blurred_light * fringes)[used])
+        rows.append((blurred(light * fringes, variance) - blurred_light * fringes)[used])
     return np.array(rows, np.float32)
 
 
@@ -95,7 +95,3 @@ def _axis(points: np.ndarray, places: np.ndarray):
     """Coordinates of so many columns or rows, the margin among them, by those of the used pixels."""
     step, start = np.polyfit(places, points, 1)
     return lambda count: start + step * (np.arange(count) - _MARGIN)
-
-
-def _blurred(field: np.ndarray, variance: float) -> np.ndarray:
-    return ndimage.gaussian_filter(field, np.sqrt(variance), truncate=3.5)

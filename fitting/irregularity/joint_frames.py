@@ -43,10 +43,9 @@ class FramesFit:
     converged: bool
 
 
-def fit_frames(frames: Frames, form: np.ndarray, steps: np.ndarray) -> FramesFit:
-    """The optimum next to a form [terms], turns, with its steps [frames]."""
-    own = np.column_stack([form[0] + steps, np.tile(form[1:_OWN], (len(steps), 1))])
-    return _optimum(FramesState(frames, form[_OWN:], own, np.ones(len(steps)), 0.7))
+def fit_frames(frames: Frames, form: np.ndarray, own: np.ndarray) -> FramesFit:
+    """The optimum next to a form [terms], with piston and tilts of each frame [frames, 3], turns."""
+    return _optimum(FramesState(frames, form[_OWN:], own, np.ones(len(own)), 0.7))
 
 
 def refit_frames(frames: Frames, fit: FramesFit, terms: int) -> FramesFit:

@@ -18,7 +18,7 @@ from fitting.irregularity.plate_sign import signed_by_steps
 from fitting.irregularity.pupil import pupil_of, usable_pixels
 from fitting.irregularity.request import LEAST_RADIUS, Request
 from fitting.irregularity.result import Form, Lengths
-from fitting.irregularity.stepped import form_of_frames
+from fitting.irregularity.stepped import CONTRADICTORY, form_of_frames
 from fitting.parameters import absolute_sd, check_quantity, number, one_blas_thread, says_its_origin
 from fitting.photo import Photograph, read
 from fitting.plate_reasons import PlateReason
@@ -32,8 +32,6 @@ _LEAST_PIXELS = 1500
 # A picture of the light is asked for where it should determine both to this share of that: its own noise and a
 # visibility that goes to 1 made deviations 1.1 to 4.4 times those foreseen in 8 pictures of 0.3 fringe.
 _SURELY = 0.25
-# Inflation of the noise in pressed pictures beyond which they came to a wrong optimum: of right ones 1.4, of one 67.
-_CONTRADICTORY = 10.0
 _POWER = float(2 * np.sqrt(3))
 _WAYS = {"outwards": 4, "inwards": -4}
 
@@ -230,7 +228,7 @@ def _of_frames(pictures: list, request: Request, transfer: Any, mask: Any) -> Pl
     blank = Form("refused", photograph=form.photograph, pupil=form.pupil, pupil_sd=form.pupil_sd)
     blank = replace(blank, lengths=request.lengths, warnings=form.warnings)
     count = len(pictures)
-    if form.status == "not-converged" or (form.inflation or 1.0) > _CONTRADICTORY:
+    if form.status == "not-converged" or (form.inflation or 1.0) > CONTRADICTORY:
         return _without_answer(blank, PlateReason.PLATE_FRAMES_CONTRADICT(count=count))
     if form.coefficients is None:
         return PlateTest(form.status, form.message, form=form)

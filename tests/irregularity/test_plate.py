@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import fitting
+from experiments.truth import plates
 from experiments.truth.plate_pictures import LOOK, POWER, lamp_picture, plate_picture, pressed_pictures, random_part
+from fitting.irregularity.blurring import blurred
 from fitting.irregularity.plate_radius import PlateLengths, part_radius
 from fitting.irregularity.plate_sign import signed_by_steps
 from fitting.irregularity.zernike import terms_at
@@ -66,6 +68,34 @@ def test_light_and_form_that_are_one_picture_are_refused_with_the_request_and_a_
     assert "PLATE_SIGN_OPEN" in answer.warning_codes
     assert answer.part is None
     assert np.linalg.norm(form[4:]) == pytest.approx(answer.irregularity_rms[0], abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("kind", "power", "irregularity", "seed"),
+    [
+        # Its blur, 0.08 px², is less than samples of a Gaussian can be.
+        ("sharp", 3.0, 0.3, 5),
+        # Its light follows its form along a valley.
+        ("sharp", 0.3, 0.02, 5),
+        # Tilts from picture to picture are as large as the steps.
+        ("three pressed pictures", 1.0, 0.02, 3),
+    ],
+)
+def test_pictures_that_are_hard_to_follow_are_answered(kind, power, irregularity, seed):
+    outcome = plates.case(kind, power, irregularity, seed)
+    assert outcome["outcome"] == "answered"
+    assert max(map(abs, outcome["pulls"])) < 4
+
+
+@pytest.mark.parametrize("variance", [0.0, 0.08, 0.3, 0.499, 0.6, 2.0])
+def test_a_blur_of_any_variance_has_the_moments_of_a_gaussian(variance):
+    """The second is s², the fourth 3 s⁴; samples of a Gaussian and a cut at four deviations leave 2 %."""
+    point = np.zeros((41, 41))
+    point[20, 20] = 1.0
+    of_row = blurred(point, variance).sum(axis=0)
+    x = np.arange(41) - 20
+    moments = [float(of_row @ x**power) for power in (0, 2, 4)]
+    np.testing.assert_allclose(moments, [1, variance, 3 * variance**2], rtol=0.02, atol=1e-12)
 
 
 def test_three_pressed_pictures_give_the_form_and_its_sign():
