@@ -9,7 +9,7 @@ CACHE ?= $(CURDIR)/.venv/compiled
 BIN := .venv/bin
 READY := .venv/ready
 
-.PHONY: demo test lint claims experiments docs browser lock clean
+.PHONY: demo test lint claims experiments docs dist browser lock clean
 
 demo: $(READY)
 	$(BIN)/newtonjax demo --output-dir newtonjax-demo --force
@@ -39,6 +39,16 @@ docs: .venv-docs/ready
 	@! grep -rnoE '(href|src|url)[=(]"?(https?:)?//[^" >]*' site --include='*.html' --include='*.css'
 	@echo "the manual is in site/index.html"
 
+# Wheel and sdist in dist/, and what their readers ask of them: checks of both, of their metadata, the citation and the Dockerfile.
+dist: .venv-dist/ready
+	rm -rf dist
+	.venv-dist/bin/python -m hatchling build
+	.venv-dist/bin/twine check --strict dist/*
+	.venv-dist/bin/check-wheel-contents dist/*.whl
+	.venv-dist/bin/validate-pyproject pyproject.toml
+	.venv-dist/bin/cffconvert --validate
+	.venv-dist/bin/hadolint Dockerfile
+
 # What the tests of the page need: a browser, by the system's own package manager, and two extras. Without it they skip.
 BROWSER ?= chromium
 browser: $(READY)
@@ -50,11 +60,11 @@ browser: $(READY)
 	export DEBIAN_FRONTEND=noninteractive; install="apt-get install -qq -y --no-install-recommends chromium fonts-dejavu-core"; \
 	$$install >/dev/null 2>&1 || { apt-get update -qq && $$install; }
 
-.venv-docs/ready: pyproject.toml
-	$(PYTHON) -m venv --clear .venv-docs
-	.venv-docs/bin/python -m pip install --quiet --disable-pip-version-check \
-		$$($(PYTHON) -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["docs"])')
-	@touch .venv-docs/ready
+.venv-docs/ready .venv-dist/ready: .venv-%/ready: pyproject.toml
+	$(PYTHON) -m venv --clear .venv-$*
+	.venv-$*/bin/python -m pip install --quiet --disable-pip-version-check \
+		$$($(PYTHON) -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["$*"])')
+	@touch $@
 
 $(READY): requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit("newtonjax needs Python 3.11 or later, and $(PYTHON) is " + sys.version.split()[0] + "; name another one: make PYTHON=python3.12 ...")'
@@ -72,4 +82,4 @@ lock:
 	rm -rf .venv-lock
 
 clean:
-	rm -rf .venv .venv-lock .venv-docs site newtonjax-demo
+	rm -rf .venv .venv-lock .venv-docs .venv-dist dist site newtonjax-demo

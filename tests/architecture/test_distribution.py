@@ -1,6 +1,7 @@
 """What is handed out: the wheel has both packages whole and nothing else, the sdist is lean, the wheel stands alone."""
 
 import os
+import re
 import subprocess
 import sys
 import tarfile
@@ -36,9 +37,26 @@ def sources(folder: str) -> set[str]:
 
 
 def test_the_wheel_has_both_packages_whole_and_nothing_else(wheel):
-    names = {name for name in wheel.namelist() if ".dist-info/" not in name}
+    names = {name for name in wheel.namelist() if ".dist-info/" not in name and ".data/" not in name}
     assert names == sources("newtonjax") | sources("fitting")
     assert {f"{package}/py.typed" for package in PACKAGES} < names
+
+
+def test_the_wheel_installs_the_manual_page_where_man_looks_for_it(wheel):
+    (name,) = (name for name in wheel.namelist() if ".data/" in name)
+    assert name.split(".data/")[1] == "data/share/man/man1/newtonjax.1"
+    assert wheel.read(name) == (ROOT / "man/newtonjax.1").read_bytes()
+
+
+def test_version_and_date_of_the_release_are_the_same_everywhere(wheel):
+    version, date = re.findall(r"^## (\S+) \((\d{4}-\d\d-\d\d)\)$", read("CHANGELOG.md"), re.M)[0]
+    assert f"newtonjax-{version}-" in Path(str(wheel.filename)).name
+    assert f"\nversion: {version}\ndate-released: {date}\n" in read("CITATION.cff")
+
+
+def read(name: str) -> str:
+    """A file of the project."""
+    return (ROOT / name).read_text(encoding="utf-8")
 
 
 def test_the_wheel_says_its_licence_and_its_command(wheel):
@@ -56,7 +74,7 @@ def test_the_sdist_has_what_builds_and_tests_it_without_the_results_of_experimen
     remaining = {Path(name).suffix or Path(name).name for name in results if "_before" not in name}
     assert remaining == {".md", ".gitignore"}
     assert "experiments/results/answer_before.json" in results
-    needed = {"pyproject.toml", "Makefile", "requirements.lock", "CITATION.cff", "LICENSE", "mkdocs.yml"}
+    needed = {"pyproject.toml", "Makefile", "Dockerfile", "man/newtonjax.1", "requirements.lock", "CITATION.cff", "LICENSE", "mkdocs.yml"}
     assert needed | sources("newtonjax") | sources("fitting") <= names
     assert {name for name in sources("tests") if name.endswith(".py")} <= names
     assert path.stat().st_size < 3e6

@@ -72,19 +72,40 @@ def test_the_command_gives_the_script_that_a_shell_reads(monkeypatch, capsys, sh
     assert f"_NEWTONJAX_COMPLETE=complete_{shell}" in capsys.readouterr().out
 
 
-@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
-def test_bash_takes_the_script_and_completes_by_it(tmp_path):
+# Run by a shell of each kind: it takes the script of ours, and completes by it.
+RUNNING = {
+    "bash": (
+        'eval "$(_NEWTONJAX_COMPLETE=source_bash newtonjax)"; COMP_WORDS=(newtonjax fit --wavelength so); '
+        'COMP_CWORD=3; _newtonjax_completion newtonjax; echo "${COMPREPLY[@]}"'
+    ),
+    "fish": '_NEWTONJAX_COMPLETE=source_fish newtonjax | source; complete -C "newtonjax fit --wavelength so"',
+    # It completes where somebody types alone: in a terminal, which is another zsh's here. The last word but one is waited for.
+    "zsh": """
+        zmodload zsh/zpty
+        zpty terminal 'zsh -f -i'
+        zpty -w terminal "autoload -Uz compinit; compinit -u -D; source =(_NEWTONJAX_COMPLETE=source_zsh newtonjax)"
+        zpty -n -w terminal $'newtonjax fit --wavelength so\\t\\t'
+        zpty -r terminal answer '*sodium-d1*sodium-d2*'
+        print -r -- "$answer"
+    """,
+}
+
+
+@pytest.mark.parametrize("shell", RUNNING)
+def test_a_shell_takes_the_script_and_completes_by_it(tmp_path, shell):
+    if shutil.which(shell) is None:
+        pytest.skip(f"there is no {shell}")
     command = tmp_path / "newtonjax"
     start = "from fitting.shell.entry import main; main()"
     command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -c "{start}" "$@"\n', encoding="utf-8")
     command.chmod(0o755)
-    script = (
-        'eval "$(_NEWTONJAX_COMPLETE=source_bash newtonjax)"; COMP_WORDS=(newtonjax de); COMP_CWORD=1; '
-        '_newtonjax_completion newtonjax; echo "${COMPREPLY[@]}"'
+    environment = os.environ | {
+        "PATH": f"{tmp_path}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT), "HOME": str(tmp_path), "TERM": "dumb"
+    }  # fmt: skip
+    done = subprocess.run(
+        [shell, "-c", RUNNING[shell]], capture_output=True, text=True, check=False, env=environment, timeout=120
     )
-    environment = os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}", "PYTHONPATH": str(ROOT)}
-    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=False, env=environment)
-    assert done.stdout.split() == ["design", "demo"], done.stderr
+    assert {"sodium", "sodium-d1", "sodium-d2"} <= set(done.stdout.split()), done.stderr
 
 
 def test_no_verb_is_refused_where_no_shell_asks(capsys):
