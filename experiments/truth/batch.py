@@ -3,9 +3,9 @@
 Photographs are made, one in two hundred of which is no image. `newtonjax batch` measures them with one worker and with
 two, undisturbed; then with two that are killed by SIGKILL: at random a worker or the coordinator, each after a random
 number of new rows, the coordinator started again each time; and, where `distributed` is installed, on a Dask cluster of
-two workers. Equal rows are equal to the last digit. Also: how long workers outlive their coordinator, and CPU seconds a
-photograph. On a busy machine processes take longer to notice anything; how long an import of JAX takes is printed
-beside. Linux alone, whose list of processes is read.
+two workers. Equal rows are equal to the last digit. Also: how long workers outlive their coordinator, CPU seconds a
+photograph, and the addresses at which any of these processes listens. On a busy machine processes take longer to notice
+anything; how long an import of JAX takes is printed beside. Linux alone, whose list of processes is read.
 
     python -m experiments.truth.batch [--photographs 2000] [--kills 20] [--seed 0] [--quick]
 """
@@ -17,7 +17,10 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 from collections import Counter
+from collections.abc import Generator
+from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter, sleep
@@ -128,6 +131,50 @@ def _is_torn(folder: Path) -> bool:
     return path.exists() and bool(data := path.read_bytes()) and not data.endswith(b"\n")
 
 
+def _listening(processes: list[int]) -> set[str]:
+    """The addresses at which processes wait for others, as Linux writes them: bytes of the host from the last on."""
+    sockets = set()
+    for process in processes:
+        with suppress(OSError):  # it has ended
+            sockets |= {os.readlink(link) for link in Path(f"/proc/{process}/fd").iterdir()}
+    tables = [Path(f"/proc/net/{table}").read_text().splitlines()[1:] for table in ("tcp", "tcp6")]
+    fields = [line.split() for table in tables for line in table]
+    return {entry[1] for entry in fields if entry[3] == "0A" and f"socket:[{entry[9]}]" in sockets}
+
+
+def _family(process: int) -> list[int]:
+    """A process and all that come from it."""
+    children = []
+    with suppress(OSError):
+        for task in Path(f"/proc/{process}/task").iterdir():
+            children += (task / "children").read_text().split()
+    return [process, *(member for child in children for member in _family(int(child)))]
+
+
+@contextmanager
+def watched_addresses() -> Generator[set[str], None, None]:
+    """The addresses at which this process, or one that comes from it, listens at any time in the block."""
+    addresses, ended = set(), threading.Event()
+
+    def watch() -> None:
+        while not ended.wait(0.25):
+            addresses.update(_listening(_family(os.getpid())))
+
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    try:
+        yield addresses
+    finally:
+        ended.set()
+        watcher.join()
+
+
+def is_loopback(address: str) -> bool:
+    """Whether an address, as Linux writes it, is one that this machine alone can reach."""
+    host = address.split(":")[0]
+    return host.endswith("7F") if len(host) == 8 else host == "0" * 24 + "01000000"
+
+
 def on_a_cluster(photographs: Path, folder: Path) -> None:
     """The same by two workers of Dask, every socket of which is of this machine alone."""
     import distributed
@@ -159,13 +206,14 @@ def main(photographs: int, kills: int, seed: int, quick: bool) -> None:
         pictures.mkdir()
         make(pictures, photographs, rng)
         if not quick:
-            undisturbed(pictures, home / "compiled", 2)
-        runs = [undisturbed(pictures, home / f"workers{workers}", workers) for workers in (1, 2)]
-        events = killed(pictures, home / "killed", kills, photographs, rng)
-        folders = ["workers2", "killed"]
-        if find_spec("distributed") and not quick:
-            on_a_cluster(pictures, home / "cluster")
-            folders.append("cluster")
+            undisturbed(pictures / "0000?.png", home / "compiled", 2)
+        with watched_addresses() as addresses:
+            runs = [undisturbed(pictures, home / f"workers{workers}", workers) for workers in (1, 2)]
+            events = killed(pictures, home / "killed", kills, photographs, rng)
+            folders = ["workers2", "killed"]
+            if find_spec("distributed") and not quick:
+                on_a_cluster(pictures, home / "cluster")
+                folders.append("cluster")
         reference = answers(home / "workers1")
         counts = {folder: Counter(row["path"] for row in rows_of(home / folder)) for folder in folders}
         differing = {
@@ -178,20 +226,28 @@ def main(photographs: int, kills: int, seed: int, quick: bool) -> None:
     outlived = max((event["outlived_s"] for event in events if "outlived_s" in event), default=0.0)
     per_photograph = [run["cpu_s"] / photographs for run in runs]
     print(f"importing JAX takes {importing:.1f} s here; {photographs} photographs: {dict(statuses)}")
-    print(f"CPU s a photograph: {per_photograph[0]:.3f} with one worker, {per_photograph[1]:.3f} with two")
+    one, two = per_photograph
+    print(f"CPU s a photograph: {one:.3f} with one worker, {two:.3f} with two, {two / one:.2f} times as many")
     print(f"wall s: {runs[0]['wall_s']:.1f} and {runs[1]['wall_s']:.1f}")
     print(f"killed: {dict(kinds)}; workers outlived their coordinator by at most {outlived:.2f} s")
+    elsewhere = sorted(address for address in addresses if not is_loopback(address))
+    print(f"{len(addresses)} addresses were listened at, {len(elsewhere)} of them reached by other machines")
     for folder in folders:
         missing = len(expected) - len(counts[folder])
         doubles = sum(count > 1 for count in counts[folder].values())
         print(f"{folder}: {missing} missing, {doubles} double, {differing[folder]} other than with one worker")
     if not quick:
         table = {"import_jax_s": importing, "photographs": photographs, "runs": runs, "kills": events}
-        records.save("batch", {**table, "statuses": statuses, "differing": differing})
+        sockets = {"addresses": len(addresses), "elsewhere": elsewhere}
+        records.save("batch", {**table, "statuses": statuses, "differing": differing, "sockets": sockets})
     if len(expected) != photographs or any(dict(counts[folder]) != expected for folder in folders):
         raise SystemExit("a photograph was lost, or has more than one row")
     if any(differing.values()):
         raise SystemExit("a batch that was killed, or shared between workers, measures otherwise")
+    if statuses["failed"] != sum(number % CORRUPT == 7 for number in range(photographs)):
+        raise SystemExit("a file that is no image has no row that says so")
+    if elsewhere:
+        raise SystemExit(f"other machines can reach {', '.join(elsewhere)}")
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from pathlib import Path
 # Names by which photographs in folders are recognized; a file that is named itself may have any.
 _PICTURES = (".png", ".apng", ".jpg", ".jpeg", ".tif", ".tiff", ".gif", ".webp", ".bmp", ".npy", ".npz")
 _RAW = (".arw", ".cr2", ".cr3", ".dng", ".nef", ".orf", ".pef", ".raf", ".raw", ".rw2")
+_VIDEOS = (".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".mts", ".wmv", ".3gp")
 # A file that arrives is complete when its size and time have not changed between two looks, so far apart [s].
 _STILL = 1.0
 
@@ -43,7 +44,7 @@ def _inside(folder: str | Path, without: Path | None) -> Iterator[Path]:
     for place, folders, names in os.walk(os.path.abspath(folder)):
         folders[:] = [name for name in folders if name[0] != "." and os.path.join(place, name) != omitted]
         for name in names:
-            if name[0] != "." and os.path.splitext(name)[1].lower() in (*_PICTURES, *_RAW):
+            if name[0] != "." and os.path.splitext(name)[1].lower() in (*_PICTURES, *_RAW, *_VIDEOS):
                 yield Path(place, name)
 
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fitting.photo import numpy_files, pillow_files, raw_files, tiff_pages
+from fitting.photo import numpy_files, pillow_files, raw_files, tiff_pages, video_files
 from newtonjax.numerics import require_memory, shown
 from newtonjax.scene import PICTURE_PIXELS
 
@@ -17,7 +17,7 @@ _TABLES = (".csv", ".tsv", ".xlsx", ".ods")
 _LARGEST = "NEWTONJAX_LARGEST_PICTURE"
 # The kinds of picture files, in the order in which they are asked: modules with the names of their formats, first bytes
 # and endings by which these are known, `layout` and `load`. What none of them knows, Pillow tries.
-_READERS = (raw_files, tiff_pages, numpy_files, pillow_files)
+_READERS = (raw_files, video_files, tiff_pages, numpy_files, pillow_files)
 ALLOWED = ", ".join(name for reader in reversed(_READERS) for name in reader.NAMES)
 
 

@@ -42,7 +42,7 @@ def load(path: Path, number: int) -> np.ndarray:
         return np.asarray(frames.asarray(out="memmap")[number]) if frames else _codes(_full_pages(file)[number], path)
 
 
-def each_page(path: Path) -> Iterator[np.ndarray | Exception]:
+def each_frame(path: Path) -> Iterator[np.ndarray | Exception]:
     """Codes of one page after the other; for a page that cannot be decoded, what its decoder raised."""
     import tifffile
 

@@ -65,7 +65,7 @@ def fit_stack(
 
     Args:
       frames: an array [frames, rows, columns] or with channels; an iterable of arrays or paths; or the path of a TIFF
-        with several pages, a GIF or a video (which needs imageio's extra ffmpeg or pyav). Read one by one.
+        with several pages, a GIF or a video (the extra `video`). Read one by one.
       wavelength, pixel_size, radius [m], gap_index: as in `fit`, and so are their deviations, plate_radius, view, free,
         fixed, start, transfer, mask and parts; there is no scene.
       priors, axis_px, axis_px_sd, view_angle, view_angle_sd: as in `fit`, and the same for all frames. With the view's

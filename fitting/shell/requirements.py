@@ -11,6 +11,7 @@ EXTRAS = {
     "cluster": "newtonjax batch --scheduler: photographs on a Dask cluster",
     "raw": "raw files of cameras",
     "nuts": 'fitting.sample(sampler="nuts"): chains by NUTS',
+    "video": "videos: each frame a photograph",
     "sheets": "tables in .xlsx and .ods",
 }
 

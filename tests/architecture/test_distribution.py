@@ -74,7 +74,16 @@ def test_the_sdist_has_what_builds_and_tests_it_without_the_results_of_experimen
     remaining = {Path(name).suffix or Path(name).name for name in results if "_before" not in name}
     assert remaining == {".md", ".gitignore"}
     assert "experiments/results/answer_before.json" in results
-    needed = {"pyproject.toml", "Makefile", "Dockerfile", "man/newtonjax.1", "requirements.lock", "CITATION.cff", "LICENSE", "mkdocs.yml"}
+    needed = {
+        "pyproject.toml",
+        "Makefile",
+        "Dockerfile",
+        "man/newtonjax.1",
+        "requirements.lock",
+        "CITATION.cff",
+        "LICENSE",
+        "mkdocs.yml",
+    }
     assert needed | sources("newtonjax") | sources("fitting") <= names
     assert {name for name in sources("tests") if name.endswith(".py")} <= names
     assert path.stat().st_size < 3e6

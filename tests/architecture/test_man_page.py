@@ -1,6 +1,6 @@
 """The manual page `newtonjax.1`: made of the command's own help, and read by `man` without a complaint.
 
-    python tests/architecture/test_man_page.py      # writes man/newtonjax.1 anew
+python tests/architecture/test_man_page.py      # writes man/newtonjax.1 anew
 """
 
 import re

@@ -222,10 +222,10 @@ def test_a_page_that_is_damaged_is_a_row_and_the_next_is_read(tmp_path):
     assert np.array_equal(three, frames[2])
 
 
-def test_a_video_without_a_reader_is_refused_in_one_line(tmp_path):
-    path = tmp_path / "video.mp4"
-    path.write_bytes(b"\0\0\0\x20ftypisom" + b"\0" * 64)
-    with pytest.raises(ValueError, match=r"pip install 'imageio\[ffmpeg\]'") as refusal:
+def test_a_file_that_is_no_picture_is_refused_at_once_in_one_line(tmp_path):
+    path = tmp_path / "notes.txt"
+    path.write_text("no picture")
+    with pytest.raises(ValueError, match=r"notes\.txt cannot be read as frames \(.*\); allowed: an array") as refusal:
         fitting.fit_stack(path, **GIVEN)
     assert "\n" not in str(refusal.value)
 

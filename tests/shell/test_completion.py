@@ -79,7 +79,7 @@ RUNNING = {
         'COMP_CWORD=3; _newtonjax_completion newtonjax; echo "${COMPREPLY[@]}"'
     ),
     "fish": '_NEWTONJAX_COMPLETE=source_fish newtonjax | source; complete -C "newtonjax fit --wavelength so"',
-    # It completes where somebody types alone: in a terminal, which is another zsh's here. The last word but one is waited for.
+    # It completes where somebody types, which another zsh does here; the last lamps are waited for.
     "zsh": """
         zmodload zsh/zpty
         zpty terminal 'zsh -f -i'
