@@ -32,9 +32,11 @@ EXPERIMENTS := truth.answer_table truth.trial_table accuracy.accuracy truth.scat
 experiments: $(READY)
 	set -e; for claim in $(EXPERIMENTS); do echo "== $$claim"; $(BIN)/python -m experiments.$$claim; done
 
-# The manual in site/, with what the extra `docs` names in an environment of its own: it reads the source, and runs none.
+# The manual in site/, with what the extra `docs` names in an environment of its own: it reads the source, and runs none. The
+# notebooks are run before it, by the environment of the tests.
 # Any warning fails it, and so does an address outside of the manual. Without the variable the theme prints an advertisement.
-docs: .venv-docs/ready
+docs: .venv-docs/ready $(READY)
+	JAX_COMPILATION_CACHE_DIR=$(CACHE) $(BIN)/python docs/notebook_pages.py
 	PATH="$(CURDIR)/.venv-docs/bin:$$PATH" NO_MKDOCS_2_WARNING=1 .venv-docs/bin/mkdocs build --strict --quiet
 	@! grep -rnoE '(href|src|url)[=(]"?(https?:)?//[^" >]*' site --include='*.html' --include='*.css'
 	@echo "the manual is in site/index.html"

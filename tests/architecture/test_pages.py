@@ -13,7 +13,10 @@ from typer.main import get_command
 from fitting.shell.cli import _one_by_one, app, main
 
 ROOT = Path(__file__).resolve().parents[2]
-DOCS = sorted(page.relative_to(ROOT).as_posix() for page in ROOT.glob("docs/**/*.md"))
+# Pages of notebooks are made by `make docs`, and tested where the notebooks are (`test_notebooks.py`).
+DOCS = sorted(
+    page.relative_to(ROOT).as_posix() for page in ROOT.glob("docs/**/*.md") if page.parent.name != "notebooks"
+)
 PAGES = ["README.md", "CONTRIBUTING.md", "experiments/README.md", *DOCS]
 # What a reader sees before anything else stays short.
 LONGEST_README = 200

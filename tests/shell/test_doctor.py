@@ -39,7 +39,7 @@ def test_it_says_versions_devices_and_the_cache_of_a_right_environment(capsys, m
     assert answer["versions"]["numpy"] == requirements.installed("numpy")
     assert answer["jax"]["float64"] == "True"
     assert ": " in answer["jax"]["devices"]
-    assert set(answer["extras"]) == {"app", "cluster", "raw", "nuts", "sheets"}
+    assert set(answer["extras"]) == {"app", "cluster", "raw", "nuts", "video", "sheets"}
     assert answer["cache"]["folder"].startswith(str(tmp_path))
 
 
