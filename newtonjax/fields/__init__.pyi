@@ -22,6 +22,7 @@ from newtonjax.fields.many_beams import airy_in_lines as airy_in_lines
 from newtonjax.fields.many_beams import airy_of as airy_of
 from newtonjax.fields.many_beams import airy_pixels as airy_pixels
 from newtonjax.fields.many_beams import harmonics_of as harmonics_of
+from newtonjax.fields.many_beams import traced_harmonics_of as traced_harmonics_of
 from newtonjax.fields.packed import Packed as Packed
 from newtonjax.fields.packed import arrivals as arrivals
 from newtonjax.fields.packed import coefficients_and_changes as coefficients_and_changes
@@ -45,6 +46,7 @@ from newtonjax.fields.synthesis import synthesize as synthesize
 from newtonjax.fields.synthesis import synthesize_single as synthesize_single
 from newtonjax.fields.waveforms import Table as Table
 from newtonjax.fields.waveforms import Waveform as Waveform
+from newtonjax.fields.waveforms import fits_in_table as fits_in_table
 from newtonjax.fields.waveforms import fringes_by_table as fringes_by_table
 from newtonjax.fields.waveforms import largest_frequency as largest_frequency
 from newtonjax.fields.waveforms import table_for as table_for

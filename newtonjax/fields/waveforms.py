@@ -92,10 +92,10 @@ def table_for(lines: Lines, reach: float, tolerance: float) -> Table:
 
     Raises ValueError where it would need more cells than are allowed.
     """
-    frequency = largest_frequency(lines)
+    frequency = float(largest_frequency(lines))
     over_carrier = _panels(reach * frequency, tolerance) > _DIRECT
     if over_carrier:
-        frequency = 2 * np.pi * float(np.abs(np.asarray(lines.ratios) - 1).max()) + _bandwidth(lines)
+        frequency = 2 * np.pi * float(np.abs(np.asarray(lines.ratios) - 1).max()) + float(_bandwidth(lines))
     return table_of_frequency(frequency, reach, tolerance, over_carrier=over_carrier)
 
 
@@ -112,21 +112,26 @@ def table_of_frequency(frequency: float, reach: float, tolerance: float, *, over
     return Table(fitting_class, over_carrier, step**4 / 384)
 
 
-def largest_frequency(lines: Lines) -> float:
+def fits_in_table(frequency, reach, tolerance: float, table: Table):
+    """Whether a table holds numbers of a largest frequency [radians per turn], traced too, within a tolerance."""
+    return _panels(reach * frequency, tolerance) <= table.panels
+
+
+def largest_frequency(lines: Lines) -> Any:
     """Of the fringes of any line [radians per turn of the mean wavenumber]."""
-    return 2 * np.pi * float(np.max(lines.ratios)) + _bandwidth(lines)
+    return 2 * np.pi * lines.ratios.max() + _bandwidth(lines)
 
 
-def _panels(reach: float, tolerance: float) -> float:
+def _panels(reach: Any, tolerance: float) -> Any:
     """How many take in a range of radians, one more since they begin at multiples of their length."""
     return 1 + reach / (_PANEL * min((384 * tolerance) ** 0.25, _LONGEST))
 
 
-def _bandwidth(lines: Lines) -> float:
+def _bandwidth(lines: Lines) -> Any:
     """Of the fading of lines that have widths, as a frequency [radians per turn]."""
     total = 0.0
     for width, factor in zip(lines.widths, _BANDWIDTHS, strict=True):
-        total += 0.0 if width is None else factor * float(np.max(width))
+        total += 0.0 if width is None else factor * width.max()
     return total
 
 

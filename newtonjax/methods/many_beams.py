@@ -19,10 +19,12 @@ from newtonjax.fields import (
     airy_of,
     airy_pixels,
     closed_amplitudes,
+    fits_in_table,
     harmonics_of,
     largest_frequency,
     table_of_frequency,
     tabulated,
+    traced_harmonics_of,
 )
 from newtonjax.methods.closed_form_float32 import closed_turns
 from newtonjax.methods.gap_paths import path_range, source_points
@@ -30,8 +32,9 @@ from newtonjax.methods.many_wavelengths import require_points
 from newtonjax.numerics import cosine_and_sine, fraction, is_concrete, namespace
 from newtonjax.scene import Camera, Channels, Directions, Gap, Light, Scene, Surface, channels_of, gap_between
 
-# Of traced numbers neither range nor harmonics are known: a table of so many panels.
-_TRACED = Table(256, over_carrier=False, error=1e-4)
+# Of traced numbers neither range nor harmonics are known: a table of so many panels where it errs by less, and else
+# the sum at every pixel.
+_TRACED, _TRACED_ERROR = Table(256, over_carrier=False, error=1e-4), 1e-7
 
 
 class Profile(NamedTuple):
@@ -130,11 +133,27 @@ def _by_table(scene: Scene, camera: Camera, gap: Gap, profile: Profile, toleranc
     low, high = path_range(gap, camera, wavenumber)
     table = _TRACED
     if is_concrete(scene, camera) and profile.harmonics is not None:
-        frequency = profile.harmonics * largest_frequency(profile.channels.lines)
+        frequency = profile.harmonics * float(largest_frequency(profile.channels.lines))
         table = table_of_frequency(frequency, float(high - low), tolerance)
     wave = tabulated(profile.at, low, high, table.panels)
     x, y = camera.axes()
-    return _looked_up(gap, wavenumber, wave, x[None, :], y[:, None])
+    if scene.all_orders is None or is_concrete(scene, camera):
+        return _looked_up(gap, wavenumber, wave, x[None, :], y[:, None])
+    frequency = traced_harmonics_of(profile.airy, _TRACED_ERROR) * largest_frequency(profile.channels.lines)
+    return jax.lax.cond(
+        fits_in_table(frequency, high - low, _TRACED_ERROR, _TRACED),
+        lambda: _looked_up(gap, wavenumber, wave, x[None, :], y[:, None]),
+        lambda: _summed(gap, wavenumber, profile, x[None, :], y[:, None]),
+    )
+
+
+@jax.jit
+def _summed(gap: Gap, wavenumber, profile: Profile, x, y) -> Float[Array, "rows columns channels"]:
+    def image(sag) -> Any:
+        turns = jnp.broadcast_to(gap.opd(x, y, sag) * wavenumber, jnp.broadcast_shapes(x.shape, y.shape))
+        return jnp.moveaxis(profile.at(turns.ravel()).reshape(-1, *turns.shape), 0, -1)
+
+    return jax.lax.cond(gap.is_shallow(x, y), lambda: image(Surface.shallow_sag), lambda: image(Surface.sag))
 
 
 @jax.jit

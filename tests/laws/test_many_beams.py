@@ -179,6 +179,46 @@ def test_traced_images_of_a_few_lines_are_the_eager_ones():
     assert len(channels_of(scene.light, None).lines.ratios) > 1
 
 
+MIRRORS = nj.Camera((1, 24), 20e-6)
+
+
+def between_mirrors(reflectance, spectrum):
+    mirror = nj.Coating(reflectance=reflectance)
+    return nj.newton_rings(
+        0.1, light=spectrum, gap=4e-6, view="transmitted", beams="all", lens_coating=mirror, plate_coating=mirror
+    )
+
+
+@jax.jit
+@jax.value_and_grad
+def seen_between_mirrors(reflectance, spectrum, weights):
+    return (nj.render(between_mirrors(reflectance, spectrum), MIRRORS, nj.ClosedForm()) * weights).sum()
+
+
+@pytest.mark.parametrize("shape", ["gaussian", "lorentzian"])
+def test_traced_mirrors_are_the_sum_over_all_harmonics(shape):
+    spectrum = nj.Spectrum((500e-9, 501e-9), (2.0, 1.0), **{shape: (0.02e-9, 0.03e-9)})
+    weights, orders = np.random.default_rng(1).normal(size=(1, 24)), np.arange(1, 4000)[:, None, None]
+    with jax.enable_x64(True):
+        bare = nj.newton_rings(0.1, light=spectrum, gap=4e-6, view="transmitted")
+        lines = channels_of(bare.light, None).lines
+        turns = np.asarray(nj.opd(bare, MIRRORS)).ravel() / float(bare.wavelength)
+        faded = np.stack([lines.fading(m * turns) for m in orders.ravel()])
+        waves = faded * np.cos(2 * np.pi * orders * np.asarray(lines.ratios)[:, None] * turns)
+        outside = float(nj.render(between_mirrors(0.0, spectrum), MIRRORS, nj.ClosedForm()).max())
+
+        for reflectance in (0.5, 0.95, 0.99):
+            # Born and Wolf, section 7.6.1, with each harmonic faded over its own path; glass and air share the rest.
+            powers = np.stack([reflectance**orders, orders * reflectance ** (orders - 1.0)])
+            sums = 2 * (powers * waves).sum(axis=1) + np.array([1.0, 0.0])[:, None, None]
+            passed, slope = weights[0] @ (lines.shares @ sums).T
+            peak = (1 - reflectance) / (1 + reflectance)
+            expected = outside * np.array([passed * peak, slope * peak - 2 * passed / (1 + reflectance) ** 2])
+            np.testing.assert_allclose(
+                seen_between_mirrors(reflectance, spectrum, weights), expected, rtol=1e-6, atol=1e-6 * outside
+            )
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
