@@ -27,7 +27,7 @@ lint: $(READY)
 	$(BIN)/basedpyright --pythonpath $(BIN)/python
 
 # Every table and figure of experiments/results again; the paper's table last, from what the others left.
-EXPERIMENTS := truth.answer_table truth.trial_table accuracy.accuracy truth.scatter accuracy.benches truth.likelihood speed.benchmark paper.wavelets paper.figure4 paper.figure6 paper.figure7 paper.figure10 paper.textbook speed.methods accuracy.planner speed.derivatives speed.white_light speed.parts speed.shapes speed.pareto speed.scaling accuracy.extremes truth.intervals truth.refusals truth.few_fringes truth.forms truth.plates truth.rivals truth.round_trip truth.posterior truth.design truth.stopping truth.batch paper.paper paper.pictures
+EXPERIMENTS := truth.answer_table truth.trial_table accuracy.accuracy truth.scatter accuracy.benches truth.likelihood speed.benchmark paper.wavelets paper.figure4 paper.figure6 paper.figure7 paper.figure10 paper.textbook speed.methods accuracy.planner speed.derivatives speed.white_light speed.parts speed.shapes speed.pareto speed.scaling accuracy.extremes truth.intervals truth.refusals truth.few_fringes truth.forms truth.plates truth.rivals truth.round_trip truth.posterior truth.design truth.noise_weights truth.stopping truth.batch paper.paper paper.pictures
 
 experiments: $(READY)
 	set -e; for claim in $(EXPERIMENTS); do echo "== $$claim"; $(BIN)/python -m experiments.$$claim; done

@@ -26,6 +26,8 @@ from fitting.estimate.fringe_sums import image_of as image_of
 from fitting.estimate.fringe_sums import normal_equations as normal_equations
 from fitting.estimate.fringe_sums import sums as sums
 from fitting.estimate.illumination import FEW as FEW
+from fitting.estimate.noise import Noise as Noise
+from fitting.estimate.noise import checked_noise as checked_noise
 from fitting.estimate.optimum import SHAPES as SHAPES
 from fitting.estimate.optimum import bends as bends
 from fitting.estimate.optimum import normal_matrix as normal_matrix

@@ -31,7 +31,7 @@ def robust_from(
         turned = np.array(Numbers(*solution.numbers)._replace(phase=solution["phase"] + 0.5))
         solution = _illuminated(problem, reduced, [turned])
     left, scale = robust.residuals_of(solution, reduced, None), None
-    spread = robust.spread_of(left, reduced.used)
+    spread = robust.spread_of(left.value, reduced)
     if not robust.is_clean(left, reduced, spread):
         weighted = replace(reduced, weights=robust.tukey(left.value, reduced, spread))
         start = _illuminated(problem, weighted, [solution.numbers])
@@ -55,7 +55,7 @@ def near_fit(problem: Problem, numbers: np.ndarray, reduced: Reduced, moments: S
     settled = None
     solution = stay(problem, normal_equations(moments), numbers)
     left = robust.residuals_of(solution, reduced, None)
-    spread = robust.spread_of(left, reduced.used)
+    spread = robust.spread_of(left.value, reduced)
     is_dark = float(solution.point.modulus.mean()) >= 0
     if is_dark and not robust.is_clean(left, reduced, spread):
         weighted = replace(reduced, weights=robust.tukey(left.value, reduced, spread))

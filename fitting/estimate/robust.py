@@ -51,10 +51,10 @@ class Settled(NamedTuple):
     scale: float
 
 
-def spread_of(left: Residuals, used: np.ndarray) -> float:
-    """Standard deviation of residuals, from their median."""
-    sample = thin(used)
-    return 1.4826 * median(np.abs(left.value[sample][used[sample]]))
+def spread_of(residual: np.ndarray, reduced: Reduced) -> float:
+    """Standard deviation of residuals, over the noise where it is not the same everywhere, from their median."""
+    sample = thin(reduced.used)
+    return 1.4826 * median(np.abs(reduced.over_noise(residual)[sample][reduced.used[sample]]))
 
 
 def residuals_of(solution: Solution, reduced: Reduced, scale: float | None) -> Residuals:
@@ -70,19 +70,17 @@ def is_clean(left: Residuals, reduced: Reduced, spread: float) -> bool:
     if left.square < _ROUNDED * np.finfo(reduced.light.dtype).eps ** 2 * light:
         return True
     sample = thin(reduced.used)
-    deviations = np.abs(left.value[sample][reduced.used[sample]])
+    deviations = np.abs(reduced.over_noise(left.value)[sample][reduced.used[sample]])
     square = float((reduced.weights * left.value**2).sum(dtype=float) / reduced.weights.sum(dtype=float))
     return bool(np.mean(deviations > 4 * spread) < _OUTLIERS and square < _HEAVY * spread**2)
 
 
 def tukey(residual: np.ndarray, reduced: Reduced, spread: float | None = None) -> np.ndarray:
     """The blocks' weights times Tukey's biweights, which end at six standard deviations as the median tells them."""
-    if spread is None:
-        sample = thin(reduced.used)
-        spread = 1.4826 * median(np.abs(residual[sample][reduced.used[sample]]))
+    spread = spread_of(residual, reduced) if spread is None else spread
     if not spread:
         return reduced.weights
-    share = np.clip(1 - (residual / np.float32(TUKEY * spread)) ** 2, 0, None)
+    share = np.clip(1 - (reduced.over_noise(residual) / np.float32(TUKEY * spread)) ** 2, 0, None)
     return (reduced.weights * share**2).astype(reduced.weights.dtype)
 
 
@@ -101,7 +99,7 @@ def settle(problem: Problem, reduced: Reduced, start: Solution, scale: float) ->
         moments, left = _round(problem, reduced, state)
         # One step: what it leaves, the next round takes, and mixing sees both alike.
         solution = descend(problem, normal_equations(moments), state[: len(NUMBERS)], steps=1)
-        scale = spread_of(left, reduced.used)
+        scale = spread_of(left.value, reduced)
         result = _state(solution, scale)
         step = result - state
         if metric is None:

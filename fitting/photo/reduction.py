@@ -1,6 +1,6 @@
 """A photograph as means over blocks of pixels, as coarse as its finest fringe allows."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Float64
@@ -75,13 +75,15 @@ class Reduced:
     """A photograph's blocks: the mean light of their used pixels less `offset`, and weights, used pixels / block².
 
     `light`, `weights` [rows, columns]; a block of which less than half is used has weight 0. `used`: where a block
-    counts; `pixels`: number of used pixels.
+    counts; `pixels`: number of used pixels. `inverse_sd`: one over the noise of a pixel there, whose square is in the
+    weights, in units that leave their sum; None where all pixels count alike.
     """
 
     grid: Grid
     light: Float[np.ndarray, "rows columns"]
     weights: Float[np.ndarray, "rows columns"]
     offset: float
+    inverse_sd: Float[np.ndarray, "rows columns"] | None = None
 
     used: Bool[np.ndarray, "rows columns"] = field(init=False, repr=False)
     pixels: float = field(init=False)
@@ -89,6 +91,17 @@ class Reduced:
     def __post_init__(self):
         object.__setattr__(self, "used", self.weights > 0)
         object.__setattr__(self, "pixels", float(self.weights.sum(dtype=float)) * self.grid.block**2)
+
+    def over_noise(self, residual: np.ndarray, rows: slice = slice(None)) -> np.ndarray:
+        """What a fit leaves over of blocks, in units of their noise where it is not the same everywhere."""
+        return residual if self.inverse_sd is None else residual * self.inverse_sd[rows]
+
+    def weighed(self, variance: Float[np.ndarray, "rows columns"]) -> "Reduced":
+        """The same with pixels weighed by one over their noise's variance, of which only ratios count."""
+        share = np.where(self.used, 1 / variance, 0.0)
+        share *= self.weights.sum(dtype=float) / (self.weights * share).sum(dtype=float)
+        weights, inverse_sd = (one.astype(self.weights.dtype) for one in (self.weights * share, np.sqrt(share)))
+        return replace(self, weights=weights, inverse_sd=inverse_sd)
 
 
 def block_size(finest: float, cycles: float = CYCLES) -> int:

@@ -13,7 +13,7 @@ _MIDDLE = 555e-9
 # What goes with the fit of all channels; the others are of the fit of one.
 _APART = (
     "wavelength", "wavelength_sd", "scene", "free", "fixed", "start", "parts", "plate_radius", "plate_radius_sd",
-    "priors", "axis_px", "view_angle", "channel",
+    "priors", "axis_px", "view_angle", "channel", "noise",
 )  # fmt: skip
 
 

@@ -64,6 +64,7 @@ def fit(
     view_angle_sd: float | str | None = None,
     light: str | Spectrum | None = None,
     channel: str | None = None,
+    noise: str | tuple[float, float] | np.ndarray | None = None,
     progress: Progress = None,
 ) -> FitResult:
     """The lens radius, or another one of radius, wavelength, pixel size and gap index, from an image of rings.
@@ -109,6 +110,10 @@ def fit(
         Spectrum: all channels are fitted together, each with amplitudes of its own for the lamp's lines and for bands.
         A lamp's name given as wavelength means the same. The fringe scale is that of the line nearest to 555 nm.
       channel: "red", "green" or "blue"; without it the one with the clearest rings.
+      noise: by which pixels are weighed, at the light that a fit of equal weights finds. "estimated": the variance at
+        each level of light, from what that fit leaves over; "shot": in proportion to the light; (full well, read noise)
+        in photoelectrons, the full well that of the largest code (of floats: of light 1); or the variance of each
+        pixel, [rows, columns] in any unit. All pixels count alike where it is not given.
       progress: True for a bar on the terminal, or a function of (steps done, their number).
 
     What the data cannot give comes back as a status and a message. Raises ValueError and FileNotFoundError for input

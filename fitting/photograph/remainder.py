@@ -33,8 +33,8 @@ class Remainder:
 
     - `used`: blocks that Tukey's weights do not leave out; `swing`: half of the fringes' swing, as the fit has it;
       `cosine`, `sine`: of their phase.
-    - `noise`: variance of a block's white noise; `structure`: root mean square of what is left over beyond it, over
-      that of the half swing.
+    - `noise`: variance of a block's white noise per unit weight; `structure`: root mean square of what is left over
+      beyond it, over that of the half swing.
     - `first`: what the fit's first number is, or is a relative change of, in its units.
     - `scale`: of the fringes [turns/px²], whatever the model; `nodes`: places (x, y) of the grid's nodes from the
       rings' centre [half diagonals].
@@ -47,7 +47,7 @@ class Remainder:
         angle = (2 * np.pi * (fit.phase % 1.0)).astype(np.float32)
         self.swing = at_blocks(grid, fit.solution.point.modulus).astype(np.float32)
         self.cosine, self.sine = np.cos(angle), np.sin(angle)
-        self.noise = noise_variance(residuals.value, self.used)
+        self.noise = noise_variance(fit.reduced.over_noise(residuals.value), self.used)
         excess = max(residuals.square / max(fit.weight, 1e-300) - self.noise, 0.0)
         self.structure = float(np.sqrt(excess / max(float(np.mean(self.swing**2, where=self.used)), 1e-300)))
         curvature = float(Numbers(*fit.numbers).curvature)

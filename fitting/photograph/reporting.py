@@ -49,6 +49,8 @@ def report(task: Task, choice: Choice, further: Callable[[float], Finding | None
         "model": _model(fit, photograph, given) | choice.part_words,
         "picture": Picture(photograph, fit),
     }
+    if task.noise is not None:
+        common["model"]["weights"] = f"one over the variance of the noise ({task.noise.words})"
     parts = _parts_with_priors(choice)
     decided = () if task.view_angle is None else (VIEW_OR_FORM,)
     common["rivals"], rival_rows = _findings_of(fit, decided, further)

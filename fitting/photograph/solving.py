@@ -4,14 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from fitting.estimate import Fitted, finely, frame_on, robust_fit, sharpened
+from fitting.estimate import Fitted, Noise, finely, frame_on, moved_to, residuals_of, robust_fit, sharpened
 from fitting.model import AXIS, GapModel, Microscope, microscope_on, plate_curvature, scene_start, sphere_of
 from fitting.parameters import Numbers, held_turns
 from fitting.photo import Photograph, Rings, block_size, pixels_of, reduce, settled
+from fitting.photograph.averaging import variance_of
 from fitting.photograph.choice import Choice, averaged
 from fitting.photograph.clusters import with_shift_to_mean
 from fitting.photograph.priors import Priors
-from fitting.photograph.selection import complete, with_needed_parts
+from fitting.photograph.refit import with_parts
+from fitting.photograph.selection import Complete, complete, with_needed_parts
 from fitting.photograph.task import Task
 from fitting.photograph.transfer import linearized, with_another_curve
 from fitting.photograph.verdict import RefusedError, judge
@@ -41,8 +43,25 @@ def solve(task: Task, rings: Rings) -> Choice:
             refusal = judge(plain, linear, rings, task.is_guided)
             again = with_needed_parts(task, plain, priors, refusal, with_all)
         with_all = again
-    choice = averaged(with_all)
+    choice = averaged(with_all if task.noise is None else _weighed(with_all, task.noise))
     return with_shift_to_mean(choice._replace(found=sharpened(finely(choice.found, task.photograph))))
+
+
+def _weighed(complete: Complete, noise: Noise) -> Complete:
+    """The same fit with pixels weighed by one over their noise's variance, at the light that it says."""
+    fit = finely(complete.fit, complete.photograph)
+    if not fit.converged:
+        return complete
+    reduced = fit.reduced.weighed(noise.variance(fit, complete.photograph))
+
+    def again(one: Fitted) -> Fitted:
+        model, left = moved_to(one.model, reduced.grid), residuals_of(one.solution, reduced, None)
+        start = replace(one, model=model, reduced=reduced, left=left)
+        return with_parts(start, one.parts, one.numbers, complete.priors, variance_of(start)[0])
+
+    beside = complete.runner_up
+    beside = None if beside is None else (again(finely(beside[0], complete.photograph)), beside[1])
+    return complete._replace(fit=again(fit), runner_up=beside)
 
 
 def _plain(task: Task, rings: Rings, before: Fitted | None = None) -> Fitted:

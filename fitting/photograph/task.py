@@ -7,6 +7,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from fitting.estimate import Noise, checked_noise
 from fitting.model import PARTS, SceneModel
 from fitting.parameters import (
     CameraScale,
@@ -39,7 +40,7 @@ class Task:
     - `fixed`, `start`: what the user holds, and starts from, by name; `wishes`: whether parts are wanted, by part.
     - `keeps_curve`: whether the user has said how codes follow the light.
     - `priors`: of parts' numbers that are not the default, by name; `scale`: what a grid says of the camera.
-    - `view_angle`: what the user says of it.
+    - `view_angle`, `noise`: what the user says of them.
     """
 
     photograph: Photograph
@@ -55,6 +56,7 @@ class Task:
     scale: CameraScale | None = None
     priors: dict[str, StatedPrior] = field(default_factory=dict)
     view_angle: View | None = None
+    noise: Noise | None = None
 
 
 def checked_parts(parts) -> dict[str, bool]:
@@ -114,11 +116,12 @@ def task_of(arguments: dict[str, Any]) -> Task:
     priors |= {} if axis is None else axis_priors(axis, shape)
     wishes = forced_parts(priors) | wishes if priors else wishes
     photograph.warnings.extend(() if scale is None else scale.size_warning(shape))
+    noise = None if arguments.get("noise") is None else checked_noise(arguments["noise"], shape, scene)
     view, keeps_curve = view if scene is None else scene.view, arguments["transfer"] is not None
     is_guided, contact_phase = bool(fixed or start), 0.5 if view == "reflected" else 0.0
     return Task(
         photograph, given, view, scene, fixed, start, wishes, keeps_curve, is_guided, contact_phase, scale, priors,
-        view_angle,
+        view_angle, noise,
     )  # fmt: skip
 
 

@@ -53,6 +53,7 @@ def fit_together(
     priors: Any = None,
     axis_px: Any = None,
     axis_px_sd: PerPicture = None,
+    noise: Any = None,
 ) -> Together:
     """One answer from several photographs of rings, with one likelihood and one covariance.
 
@@ -128,6 +129,7 @@ def ratio(
     priors: Any = None,
     axis_px: Any = None,
     axis_px_sd: PerPicture = None,
+    noise: Any = None,
 ) -> Together:
     """The radius of the second picture's lens over that of the first, seen by one camera at one scale.
 
@@ -174,9 +176,9 @@ def _arguments_of(arguments: dict[str, Any], place: int, count: int) -> dict[str
     """The arguments of one picture's fit. Raises ValueError for a list of another length."""
     own = {}
     for name, value in arguments.items():
-        # An axis is itself two numbers.
         is_list = isinstance(value, list | tuple)
-        is_list = is_list and (name != "axis_px" or any(isinstance(at, list | tuple) for at in value))
+        # An axis is itself two numbers, and so may noise be.
+        is_list = is_list and not (name in ("axis_px", "noise") and all(isinstance(at, int | float) for at in value))
         if is_list and len(value) != count:
             raise ValueError(f"{name} has {len(value)} values for {count} pictures; give one for each, or one")
         own[name] = value[place] if is_list else value

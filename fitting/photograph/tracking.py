@@ -143,7 +143,7 @@ def _weighed_down(
 ) -> tuple[Solution, Residuals, float | None]:
     """A fit whose outliers are weighted down, if it has any, as `estimate.robust_fit` does."""
     residuals = robust.residuals_of(first, reduced, None)
-    spread = robust.spread_of(residuals, reduced.used)
+    spread = robust.spread_of(residuals.value, reduced)
     if not is_clean(residuals, reduced, spread):
         return _rounds(problem, reduced, first, spread)
     if last.scale is None:
@@ -167,7 +167,7 @@ def _rounds(problem: Problem, reduced: Reduced, solution: Solution, scale: float
         further = solve(problem, weighted, solution.numbers, first=normal_equations(moments), rounds=_ROUNDS)
         step = (further.numbers - solution.numbers)[moving]
         information = further.point.matrix[np.ix_(moving, moving)] * further.weight / max(further.chi2, 1e-300)
-        solution, scale = further, robust.spread_of(residuals, reduced.used)
+        solution, scale = further, robust.spread_of(residuals.value, reduced)
         previous, distance = distance, float(np.sqrt(step @ information @ step))
         share = min(distance / previous, _SLOWEST) if previous else _SLOWEST
         if distance * share < _SETTLED * (1 - share):

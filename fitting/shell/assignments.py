@@ -87,3 +87,13 @@ def place(text: str) -> tuple[float, float]:
     if not comma:
         raise ValueError(f"{text!r}; give X,Y in pixels, such as 640,480")
     return quantities.number(x), quantities.number(y)
+
+
+def noise(text: str) -> str | tuple[float, float]:
+    """Words for the noise, or FULL_WELL,READ_NOISE in photoelectrons. Raises ValueError for anything else."""
+    if text in ("estimated", "shot"):
+        return text
+    full_well, comma, read_noise = text.partition(",")
+    if not comma:
+        raise ValueError(f"{text!r}; give estimated, shot, or FULL_WELL,READ_NOISE in photoelectrons, such as 10000,3")
+    return quantities.number(full_well), quantities.number(read_noise)

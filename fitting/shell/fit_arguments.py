@@ -36,6 +36,7 @@ class FitOptions(NamedTuple):
     light: str | None = None
     channel: str | None = None
     steps: int | None = None
+    noise: str | tuple[float, float] | None = None
 
     @property
     def of_chain(self) -> dict[str, Any]:
@@ -61,7 +62,7 @@ def arguments_of(options: FitOptions) -> dict:
     }
     if options.wavelength is not None and options.wavelength_sd is None:
         arguments["wavelength_sd"] = options.wavelength.sd
-    for name in ("plate_radius", "plate_radius_sd", "page", "radius_sd", "channel"):
+    for name in ("plate_radius", "plate_radius_sd", "page", "radius_sd", "channel", "noise"):
         if getattr(options, name) is not None:
             arguments[name] = getattr(options, name)
     if options.mask is not None:

@@ -60,6 +60,7 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "axis_sd": quantities.number,
     "view_angle": quantities.angle,
     "view_angle_sd": quantities.angle_sd,
+    "noise": assignments.noise,
     "light": lamps.light,
     "channel": _channel,
 }

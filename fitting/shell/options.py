@@ -239,4 +239,14 @@ MODEL_OPTIONS = {
     "view_angle_sd": Annotated[
         Any, option(quantities.angle_sd, "ANGLE|PERCENT", "Standard deviation of the angle of view.")
     ],
+    "noise": Annotated[
+        Any,
+        option(
+            assignments.noise,
+            "estimated|shot|FULL_WELL,READ_NOISE",
+            "Noise that pixels are weighed by: its variance at each level of light, in proportion to the light, or in "
+            "photoelectrons.",
+            "all pixels alike",
+        ),
+    ],
 }
