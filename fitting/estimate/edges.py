@@ -156,7 +156,7 @@ class _Blocks:
             residual = reduced.light[rows] - low_y @ smooth @ narrow - modulus * cosine
             weights = reduced.weights[rows]
             if self.scale:
-                share = reduced.over_noise(residual, rows) / np.float32(TUKEY * self.scale)
+                share = residual * reduced.inverse_sd[rows] / np.float32(TUKEY * self.scale)
                 weights = weights * np.maximum(1 - share * share, 0) ** 2
             turned = np.float32(-2 * np.pi) * modulus * shade * np.sin(angle)
             yield _Chunk(turned, cosine, residual, weights, slopes, along_y, rows)

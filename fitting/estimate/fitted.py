@@ -142,8 +142,7 @@ def finely(fit: Fitted, photograph: Photograph) -> Fitted:
     white = unexplained < _MADE or fit.correlation < _WHITE
     exact = unexplained < _EXACT
     is_fine = reduced.grid.block == 1 and not (exact and reduced.light.dtype == np.float32)
-    # Weights by noise are those of the blocks that they were made for.
-    if is_fine or fit.reduced.inverse_sd is not None or not white or reduced.pixels > _MOST_PIXELS:
+    if is_fine or not white or reduced.pixels > _MOST_PIXELS:
         return fit
     pixels = reduce(photograph, 1, dtype=np.float64 if exact else np.float32)
     model = moved_to(fit.model, pixels.grid)

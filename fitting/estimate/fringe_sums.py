@@ -144,7 +144,7 @@ class Pass:
         if self.image is not None:
             residual = light - self.smooth[rows] @ self.low - (self.swing[rows] @ self.high) * cosine
             if self.scale:
-                share = self.reduced.over_noise(residual, rows) * light.dtype.type(1 / (TUKEY * self.scale))
+                share = residual * self.reduced.inverse_sd[rows] * light.dtype.type(1 / (TUKEY * self.scale))
                 share = np.maximum(1 - share * share, light.dtype.type(0))
                 weights = weights * share * share
             for table, value in zip(self.out, (residual, weights, sine), strict=True):

@@ -54,7 +54,7 @@ class Settled(NamedTuple):
 def spread_of(residual: np.ndarray, reduced: Reduced) -> float:
     """Standard deviation of residuals, over the noise where it is not the same everywhere, from their median."""
     sample = thin(reduced.used)
-    return 1.4826 * median(np.abs(reduced.over_noise(residual)[sample][reduced.used[sample]]))
+    return 1.4826 * median(np.abs((residual[sample] * reduced.inverse_sd[sample])[reduced.used[sample]]))
 
 
 def residuals_of(solution: Solution, reduced: Reduced, scale: float | None) -> Residuals:
@@ -70,7 +70,7 @@ def is_clean(left: Residuals, reduced: Reduced, spread: float) -> bool:
     if left.square < _ROUNDED * np.finfo(reduced.light.dtype).eps ** 2 * light:
         return True
     sample = thin(reduced.used)
-    deviations = np.abs(reduced.over_noise(left.value)[sample][reduced.used[sample]])
+    deviations = np.abs((left.value[sample] * reduced.inverse_sd[sample])[reduced.used[sample]])
     square = float((reduced.weights * left.value**2).sum(dtype=float) / reduced.weights.sum(dtype=float))
     return bool(np.mean(deviations > 4 * spread) < _OUTLIERS and square < _HEAVY * spread**2)
 
@@ -80,7 +80,7 @@ def tukey(residual: np.ndarray, reduced: Reduced, spread: float | None = None) -
     spread = spread_of(residual, reduced) if spread is None else spread
     if not spread:
         return reduced.weights
-    share = np.clip(1 - (reduced.over_noise(residual) / np.float32(TUKEY * spread)) ** 2, 0, None)
+    share = np.clip(1 - (residual * reduced.inverse_sd / np.float32(TUKEY * spread)) ** 2, 0, None)
     return (reduced.weights * share**2).astype(reduced.weights.dtype)
 
 

@@ -76,14 +76,14 @@ class Reduced:
 
     `light`, `weights` [rows, columns]; a block of which less than half is used has weight 0. `used`: where a block
     counts; `pixels`: number of used pixels. `inverse_sd`: one over the noise of a pixel there, whose square is in the
-    weights, in units that leave their sum; None where all pixels count alike.
+    weights, in units that leave their sum; 1 where all pixels count alike.
     """
 
     grid: Grid
     light: Float[np.ndarray, "rows columns"]
     weights: Float[np.ndarray, "rows columns"]
     offset: float
-    inverse_sd: Float[np.ndarray, "rows columns"] | None = None
+    inverse_sd: Float[np.ndarray, "rows columns"]
 
     used: Bool[np.ndarray, "rows columns"] = field(init=False, repr=False)
     pixels: float = field(init=False)
@@ -91,10 +91,6 @@ class Reduced:
     def __post_init__(self):
         object.__setattr__(self, "used", self.weights > 0)
         object.__setattr__(self, "pixels", float(self.weights.sum(dtype=float)) * self.grid.block**2)
-
-    def over_noise(self, residual: np.ndarray, rows: slice = slice(None)) -> np.ndarray:
-        """What a fit leaves over of blocks, in units of their noise where it is not the same everywhere."""
-        return residual if self.inverse_sd is None else residual * self.inverse_sd[rows]
 
     def weighed(self, variance: Float[np.ndarray, "rows columns"]) -> "Reduced":
         """The same with pixels weighed by one over their noise's variance, of which only ratios count."""
@@ -165,4 +161,5 @@ def _cut(shape: tuple[int, int], block: int, light: np.ndarray, counts: np.ndarr
     mean = light / np.maximum(counts, 1)
     offset = float((mean * weights).sum(dtype=float) / weights.sum(dtype=float))
     light = np.where(is_used, mean - light.dtype.type(offset), zero)
-    return Reduced(Grid(shape, block, *box), light, weights, offset)
+    alike = np.broadcast_to(np.ones(1, light.dtype), light.shape)
+    return Reduced(Grid(shape, block, *box), light, weights, offset, alike)

@@ -47,7 +47,7 @@ class Remainder:
         angle = (2 * np.pi * (fit.phase % 1.0)).astype(np.float32)
         self.swing = at_blocks(grid, fit.solution.point.modulus).astype(np.float32)
         self.cosine, self.sine = np.cos(angle), np.sin(angle)
-        self.noise = noise_variance(fit.reduced.over_noise(residuals.value), self.used)
+        self.noise = noise_variance(fit.reduced.inverse_sd * residuals.value, self.used)
         excess = max(residuals.square / max(fit.weight, 1e-300) - self.noise, 0.0)
         self.structure = float(np.sqrt(excess / max(float(np.mean(self.swing**2, where=self.used)), 1e-300)))
         curvature = float(Numbers(*fit.numbers).curvature)

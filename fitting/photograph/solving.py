@@ -44,7 +44,9 @@ def solve(task: Task, rings: Rings) -> Choice:
             again = with_needed_parts(task, plain, priors, refusal, with_all)
         with_all = again
     choice = averaged(with_all if task.noise is None else _weighed(with_all, task.noise))
-    return with_shift_to_mean(choice._replace(found=sharpened(finely(choice.found, task.photograph))))
+    # Weights by noise are those of the blocks that they were made for.
+    found = choice.found if task.noise is not None else finely(choice.found, task.photograph)
+    return with_shift_to_mean(choice._replace(found=sharpened(found)))
 
 
 def _weighed(complete: Complete, noise: Noise) -> Complete:
@@ -125,4 +127,4 @@ def solve_bench(scene: Scene, task: Task, choice: Choice) -> Choice:
         reason = Reason.SCENE_MISFIT(explained=max(bench.explained, 0.0), by_rings=gap.explained)
         raise RefusedError(reason, photograph)
     choice = averaged(complete(bench, photograph, task.wishes, _priors(task)))
-    return choice._replace(found=finely(choice.found, photograph))
+    return choice if task.noise is not None else choice._replace(found=finely(choice.found, photograph))

@@ -107,7 +107,7 @@ def _structure(found: Fitted, orders: float) -> float:
     """
     left = found.left
     if orders >= _WIDE or min(left.value.shape) < _LARGE:
-        return found.chi2 / found.weight - noise_variance(found.reduced.over_noise(left.value), left.weights > 0)
+        return found.chi2 / found.weight - noise_variance(found.reduced.inverse_sd * left.value, left.weights > 0)
     weights = block_means(left.weights, 2)
     is_used = weights > 0
     means = block_means(left.weights * left.value, 2) / np.where(is_used, weights, 1.0)
