@@ -1,7 +1,7 @@
 """Claim: the wheel installs alone and with each extra alone, and without an extra one line names it.
 
 The wheel is built and installed into an empty environment, where `newtonjax demo` measures its photograph. In a copy of
-this environment for each extra (linked file by file) the verb that needs it is asked for: before the extra is installed,
+this environment for each extra (by links) the verb that needs it is asked for: before the extra is installed,
 when one line must name it, and after, when it must not. Packages come from the registry of `pip`; seconds and sizes are
 those of the extra beside the core.
 

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from fitting.parameters import output, section
 from fitting.shell import report_page
+from fitting.shell.progress import progress
 from fitting.shell.report_page import Measured
 
 _EXIT = {"ok": 0, "no-scale": 0, "refused": 3, "not-converged": 4}
@@ -67,8 +68,9 @@ class Outputs(NamedTuple):
             if path := self._json_path():
                 output.write(path, answer, self.force)
             if self.folder is not None:
-                picture_bytes = self._write_result(result, answer, text, picture_bytes)
-                self._write_further(result, measured, extras, text, picture_bytes)
+                with progress("drawing"):
+                    picture_bytes = self._write_result(result, answer, text, picture_bytes)
+                    self._write_further(result, measured, extras, text, picture_bytes)
         finally:
             if self.json == "-":
                 sys.stdout.write(answer)

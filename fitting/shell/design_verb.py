@@ -9,6 +9,7 @@ import numpy as np
 from fitting.parameters import knobs, output, target_first
 from fitting.shell import assignments, session
 from fitting.shell.answer import as_png, with_file
+from fitting.shell.progress import progress
 from fitting.studies import Design, design, with_field
 from newtonjax.benches import scene_text
 
@@ -18,9 +19,10 @@ _OVER = 5
 
 def run(path: Path, pixels: tuple, ranges: dict, limits: dict, search: dict, folder: Path | None, force: bool) -> int:
     """Search, print the design, write the files; the exit status."""
-    session.prepare()
-    session.keep_rays()
-    scene, camera, camera_line = session.scene_and_camera(path, *pixels)
+    with progress("loading"):
+        session.prepare()
+        session.keep_rays()
+        scene, camera, camera_line = session.scene_and_camera(path, *pixels)
     files = output.files_of(folder, _FILES, force, (path,))
     present = knobs(scene, camera)
     units = {name: knob.unit for name, knob in with_field(camera, present).items()}
@@ -51,10 +53,11 @@ def run(path: Path, pixels: tuple, ranges: dict, limits: dict, search: dict, fol
     )
     print(f"sensor, {camera_line}\n{result}")
     if files:
-        answer, bench = with_file(result, path).to_dict(), scene_text(result.scene, result.camera)
-        contents = _csv(result), output.json_text(answer), as_png(result.figure()), bench
-        for file, content in zip(files, contents, strict=True):
-            output.write(file, content, force)
+        with progress("drawing"):
+            answer, bench = with_file(result, path).to_dict(), scene_text(result.scene, result.camera)
+            contents = _csv(result), output.json_text(answer), as_png(result.figure()), bench
+            for file, content in zip(files, contents, strict=True):
+                output.write(file, content, force)
     return 0
 
 

@@ -15,6 +15,7 @@ from typing import NamedTuple
 from fitting.parameters import output
 from fitting.shell import jax_probe, requirements
 from fitting.shell.ownership import is_ours
+from fitting.shell.progress import waiting
 from fitting.shell.session import NAMED_BY, cache_folder
 from newtonjax.numerics import available_memory
 
@@ -75,7 +76,9 @@ def _facts() -> Iterator[Fact]:
     yield from _extras(needed)
     yield from _cache(cache_folder())
     packages = [item.package for item in needed if item.installed and item.extra in ("", *requirements.EXTRAS)]
-    yield from _jax(jax_probe.probe(packages))
+    with waiting("starting JAX"):
+        probe = jax_probe.probe(packages)
+    yield from _jax(probe)
 
 
 def _system() -> Iterator[Fact]:

@@ -37,11 +37,11 @@ def run(photo: Path, options: FitOptions, outputs: Outputs) -> int:
     pictures = tuple(_OF_CHAIN) if options.mcmc else ()
     outputs = outputs._replace(more=(*_RING_TABLES.values(), *pictures))
     _check(photo, options, outputs)
-    session.prepare()
-    arguments = arguments_of(options)
-    measured = [Measured(photo, arguments)]
     with progress(f"fitting {photo.name}"):
+        session.prepare()
+        arguments = arguments_of(options)
         result = fitting.fit(photo, **arguments)
+    measured = [Measured(photo, arguments)]
     if not options.mcmc or result.evidence is None:
         advice = _scale_advice(photo, options) if result.status == "no-scale" else ""
         return outputs.write(result, measured, Extras(text=advice, files=partial(ring_tables, result)))
@@ -119,8 +119,8 @@ def demo(folder: Path, force: bool) -> int:
     outputs = Outputs(folder=folder, force=force, more=tuple(_RING_TABLES.values()))
     with as_file(data / "sample.png") as photo:
         _check(photo, FitOptions(), outputs)
-        session.prepare()
         with progress("fitting the sample"):
+            session.prepare()
             result = fitting.fit(photo, **sample["given"])
         status = outputs.write(result, [Measured(photo, {})], Extras(files=partial(ring_tables, result)))
     print(_comparison(result, sample["truth"]["radius"]))

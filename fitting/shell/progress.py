@@ -3,7 +3,7 @@
 import os
 import sys
 import threading
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 
 PATIENCE = 1.0
@@ -14,9 +14,20 @@ _COMPILED = "/jax/core/compile/backend_compile_duration"
 @contextmanager
 def progress(task: str) -> Generator[None, None, None]:
     """Show `task` on stderr from the first second on until the block ends; nothing where stderr is no terminal."""
-    # As rich decides it, without its import where nothing is to be shown.
-    if not (sys.stderr.isatty() or os.environ.get("FORCE_COLOR")):
-        yield
+    with waiting(task) as say:
+        if not _is_shown():
+            yield
+            return
+        with _compilation(lambda: say(f"{task}: compiling (the next run will be quicker)"), lambda: say(task)):
+            yield
+
+
+@contextmanager
+def waiting(task: str) -> Generator[Callable[[str], None], None, None]:
+    """The same without JAX, which is not imported; what to call with other words."""
+    # Without the import of rich where nothing is to be shown.
+    if not _is_shown():
+        yield lambda _: None
         return
     from rich.console import Console
 
@@ -24,15 +35,16 @@ def progress(task: str) -> Generator[None, None, None]:
     timer = threading.Timer(PATIENCE, status.start)
     timer.start()
     try:
-        with _compilation(
-            lambda: status.update(f"{task}: compiling (the next run will be quicker)"),
-            lambda: status.update(task),
-        ):
-            yield
+        yield status.update
     finally:
         timer.cancel()
         timer.join()
         status.stop()
+
+
+def _is_shown() -> bool:
+    """As rich decides it."""
+    return sys.stderr.isatty() or bool(os.environ.get("FORCE_COLOR"))
 
 
 @contextmanager

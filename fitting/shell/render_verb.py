@@ -74,9 +74,10 @@ def run(request: Request) -> int:
     if request.colour and (kind != ".png" or request.seed is not None or request.bits != 8):
         raise ValueError("--colour makes an 8-bit PNG without noise; leave out --expose and --bits, and end with .png")
     output.check_free([request.output], request.force, keep=(Path(request.scene),))
-    session.prepare()
-    session.keep_rays()
-    scene, camera, from_file = _scene_and_camera(request)
+    with progress("loading"):
+        session.prepare()
+        session.keep_rays()
+        scene, camera, from_file = _scene_and_camera(request)
     if kind not in _TIFF:
         image_memory(camera.shape, _BYTES)
     with progress("rendering"):
@@ -92,7 +93,9 @@ def run(request: Request) -> int:
     _say(request, camera, chosen, white, noise)
     if request.explain:
         tolerance = _TOLERANCE if request.how.tolerance is None else request.how.tolerance
-        print(f"\nwhat is chosen without --method:\n{nj.explain(scene, camera, tolerance)}")
+        with progress("comparing methods"):
+            explanation = nj.explain(scene, camera, tolerance)
+        print(f"\nwhat is chosen without --method:\n{explanation}")
     return 0
 
 

@@ -30,9 +30,10 @@ def run(
     force: bool,
 ) -> int:
     """Compute, print the tables, write the files; the exit status."""
-    session.prepare()
-    session.keep_rays()
-    scene, camera, camera_line = session.scene_and_camera(path, *pixels)
+    with progress("loading"):
+        session.prepare()
+        session.keep_rays()
+        scene, camera, camera_line = session.scene_and_camera(path, *pixels)
     files = output.files_of(folder, (*_FILES, *(_OF_DRAWS if sd else ())), force, (path,))
     bench_numbers = knobs(scene, camera)
     names = None if free is None else _names_of(free)

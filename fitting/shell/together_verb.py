@@ -24,9 +24,9 @@ def run(photos: list[Path], shared: tuple[str, ...], options: FitOptions, output
         if own.scene is not None:
             raise ValueError("a manifest names a scene; pictures are put together by the gap formula: leave it out")
     outputs.check(tuple(path for path, _ in pictures))
-    session.prepare()
     names = [path.name for path, _ in pictures]
     with progress(f"fitting {len(names)} photographs"):
+        session.prepare()
         result = fitting.fit_together(
             [path for path, _ in pictures], shared=shared, names=names, **_united([own for _, own in pictures])
         )

@@ -8,6 +8,7 @@ from pathlib import Path
 from fitting.parameters import output
 from fitting.shell import session
 from fitting.shell.answer import as_png, with_file
+from fitting.shell.progress import progress
 from fitting.studies import Tradeoff, tradeoff
 
 _FILES = ("tradeoff.csv", "tradeoff.json", "tradeoff.png")
@@ -17,16 +18,18 @@ def run(
     path: Path, shape: tuple[int, int] | None, pixel_size: float | None, folder: Path | None, force: bool, splat: bool
 ) -> int:
     """Measure, print the table, write the files; the exit status."""
-    session.prepare()
-    session.keep_rays()
-    scene, camera, camera_line = session.scene_and_camera(path, shape, pixel_size)
+    with progress("loading"):
+        session.prepare()
+        session.keep_rays()
+        scene, camera, camera_line = session.scene_and_camera(path, shape, pixel_size)
     files = output.files_of(folder, _FILES, force, (path,))
     result = with_file(tradeoff(scene, camera, splat=splat, progress=True), path)
     print(f"{camera_line}\n{result}")
     if files:
-        contents = _csv(result), output.json_text(result.to_dict()), as_png(result.figure())
-        for file, content in zip(files, contents, strict=True):
-            output.write(file, content, force)
+        with progress("drawing"):
+            contents = _csv(result), output.json_text(result.to_dict()), as_png(result.figure())
+            for file, content in zip(files, contents, strict=True):
+                output.write(file, content, force)
     return 0
 
 

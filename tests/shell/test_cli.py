@@ -314,6 +314,18 @@ def test_the_progress_line_says_when_it_compiles(monkeypatch, capsys):
     assert capsys.readouterr().out == ""
 
 
+@pytest.mark.parametrize(("command", "words"), [(["doctor"], "starting JAX"), (["rings", "readings.csv"], "drawing")])
+def test_a_verb_says_what_it_does_where_it_may_take_seconds(monkeypatch, tmp_path, capsys, command, words):
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setattr(progress, "PATIENCE", 0.0)
+    monkeypatch.chdir(tmp_path)
+    rows = "".join(f"{m},{2e3 * (m * 589.3e-9) ** 0.5:.4f}\n" for m in range(1, 8))
+    (tmp_path / "readings.csv").write_text(f"order,diameter_mm\n{rows}", encoding="utf-8")
+    options = ["--wavelength", "sodium", "--output-dir", "answer"] if command[0] == "rings" else []
+    assert main([*command, *options]) == 0
+    assert words in capsys.readouterr().err
+
+
 def test_without_a_terminal_there_is_no_progress_line(monkeypatch, capsys):
     monkeypatch.setattr(progress, "PATIENCE", 0.0)
     with progress.progress("working"):
