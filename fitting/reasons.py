@@ -183,6 +183,7 @@ class Reason(Wording):
     PIXELS_TAKEN_AS_SQUARE = "two points measure the scale one way only: pixels are taken as square, seen from above"
     POINTS_TOO_NEAR = "the points are {length:.3g} px apart, which do not determine a scale; take points farther apart"
     PICTURE_OF_OTHER_SIZE = "half diagonals of {picture:.4g} px, that of the grid {grid:.4g} px: taken as a cut"
+    LARGER_THAN_GRID = "the picture is larger than the grid's: another camera, or resized; measure its own scale"
     STRETCHED_OTHERWISE = GridWords.STRETCHED_OTHERWISE
 
     # A table of ring readings: what was read.

@@ -43,10 +43,12 @@ class CameraScale:
         return self.distortion[0] * scale, self.distortion[1] * scale
 
     def size_warning(self, shape: tuple[int, ...]) -> list[str]:
-        """That a picture [rows, columns] is of another size than the grid's."""
+        """That a picture [rows, columns] is of another size than the grid's; a larger one is no cut of that."""
         half_diagonal = _half_diagonal(shape)
         if self.half_diagonal is None or abs(half_diagonal - self.half_diagonal) < _SAME_SIZE:
             return []
+        if half_diagonal > self.half_diagonal:
+            return [Reason.LARGER_THAN_GRID()]
         return [Reason.PICTURE_OF_OTHER_SIZE(picture=half_diagonal, grid=self.half_diagonal)]
 
 

@@ -83,6 +83,11 @@ def test_the_grids_distortion_is_a_prior_in_half_diagonals_of_the_picture():
     assert not task_of(arguments(image, scale(distortion=None, distortion_sd=None))).priors
 
 
+def test_a_picture_larger_than_the_grids_is_said_to_be_of_another_camera():
+    larger = task_of(arguments(np.tile(rings(noise=0.02), (2, 2)), scale()))
+    assert "LARGER_THAN_GRID" in [text.code for text in larger.photograph.warnings]
+
+
 def test_files_of_earlier_versions_get_half_of_the_difference_of_their_sides(tmp_path):
     file = tmp_path / "scale.json"
     sides = {"pixel_size_x_m": 5e-6 * np.exp(-0.005), "pixel_size_y_m": 5e-6 * np.exp(0.005)}
