@@ -237,8 +237,8 @@ def _of_workbook(path: Path, content: bytes) -> list[Grid]:
         from python_calamine import CalamineError, CalamineWorkbook  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise ValueError(
-            f"{path} is a workbook of a spreadsheet program, which the extra newtonjax[sheets] reads "
-            "(python -m pip install python-calamine); or save its sheet as CSV and give that"
+            f"{path} is a workbook of a spreadsheet program, which needs python-calamine; install it: pip install "
+            "'newtonjax[sheets]', or save its sheet as CSV and give that"
         ) from None
     try:
         book = CalamineWorkbook.from_filelike(io.BytesIO(content))
