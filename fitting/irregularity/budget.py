@@ -89,8 +89,8 @@ def terms_row(form: np.ndarray, covariance: np.ndarray, inflation: float) -> Row
 def blur_row(fit: FormFit) -> Row:
     """What a blur does to the phase: s² (grad ln M · grad φ + div grad φ / 2), s² from how contrast falls with slope.
 
-    Lit by one lamp, with one visibility, M / B falls as exp(-2π² s² |grad φ|²); s² is the slope of its logarithm, so
-    an upper bound where anything else takes contrast.
+    Lit by one lamp, M / B falls as exp(-2π² s² |grad φ|²); s² is the slope of its logarithm beside a light and a
+    visibility of degree 2, so an upper bound where anything else takes contrast.
     """
     u, v, _ = nodes()
     count = len(fit.coefficients)
@@ -101,8 +101,8 @@ def blur_row(fit: FormFit) -> Row:
     ln_slope = np.stack(contrast[1:]) / np.where(contrast[0] == 0, 1.0, contrast[0])
     steepness = np.square(rises).sum(axis=0)
     logarithm = np.log(np.maximum(size, 1e-3 * size.max()))
-    design = np.column_stack([np.ones(inside.sum()), -2 * np.pi**2 * steepness[inside]])
-    square = max(float(np.linalg.lstsq(design, logarithm[inside], rcond=None)[0][1]), 0.0)
+    design = np.column_stack([-2 * np.pi**2 * steepness, np.ones_like(u), u, v, np.square(u) + np.square(v)])
+    square = max(float(np.linalg.lstsq(design[inside], logarithm[inside], rcond=None)[0][0]), 0.0)
     bend = _laplacian(fit.coefficients, u, v)
     shift = square * ((ln_slope * rises).sum(axis=0) + bend / 2)
     return Row("blur", _projected(np.where(inside, shift, 0.0)[:, None], count))
@@ -111,7 +111,8 @@ def blur_row(fit: FormFit) -> Row:
 def _change_row(source: str, change: np.ndarray, covariance: np.ndarray) -> Row:
     """A change where it is beyond what noise makes of it."""
     values, vectors = np.linalg.eigh(covariance)
-    finite = values > 1e-9 * values.max()
+    # Of a smaller variance is the difference of two matrices no variance: some are negative.
+    finite = values > 1e-3 * values.max()
     weight = float((np.square(vectors[:, finite].T @ change) / values[finite]).sum())
     freedom = int(finite.sum())
     beyond = weight > freedom + _BEYOND * np.sqrt(2 * freedom)
