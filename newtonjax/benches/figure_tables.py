@@ -5,7 +5,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from newtonjax.scene import AbstractFigure, ChebyshevFigure, Zernike
+from newtonjax.scene import AbstractFigure, ChebyshevFigure, HeightMap, Zernike
 
 FIGURE = msgspec.defstruct(
     "Figure",
@@ -14,6 +14,9 @@ FIGURE = msgspec.defstruct(
         ("zernike", tuple[float, ...] | None, None),
         ("order", str, "noll"),
         ("chebyshev", tuple[tuple[float, ...], ...] | None, None),
+        ("heights", tuple[tuple[float, ...], ...] | None, None),
+        ("spacing", float | None, None),
+        ("tolerance", float, 1e-10),
     ],
     forbid_unknown_fields=True,
     omit_defaults=True,
@@ -24,8 +27,14 @@ def figure_of(table: Any) -> AbstractFigure | None:
     """The figure in a table. Raises ValueError for one of no kind, or of two."""
     if table is None:
         return None
-    if (table.zernike is None) == (table.chebyshev is None):
-        raise ValueError("figure has zernike and chebyshev or none of them; allowed: one of them, and its radius")
+    if [table.zernike, table.chebyshev, table.heights].count(None) != 2:
+        raise ValueError(
+            "figure has several of zernike, chebyshev and heights, or none; allowed: one of them, and its radius"
+        )
+    if table.heights is not None:
+        if table.spacing is None:
+            raise ValueError("figure has heights without spacing; give the distance between neighbours in metres")
+        return HeightMap(np.array(table.heights, dtype=float), table.spacing, table.radius, table.tolerance)
     if table.chebyshev is not None:
         return ChebyshevFigure(np.array(table.chebyshev, dtype=float), table.radius)
     return Zernike(table.zernike, table.radius, table.order)
@@ -38,4 +47,8 @@ def table_of(figure: AbstractFigure) -> Any:
         return FIGURE(radius, tuple(np.asarray(figure.coefficients).tolist()), figure.order)
     if isinstance(figure, ChebyshevFigure):
         return FIGURE(radius, chebyshev=tuple(map(tuple, np.asarray(figure.coefficients).tolist())))
-    raise ValueError(f"figure is a {type(figure).__name__}, which no file can hold; allowed: Zernike, ChebyshevFigure")
+    if isinstance(figure, HeightMap):
+        heights = tuple(map(tuple, np.asarray(figure.heights).tolist()))
+        return FIGURE(radius, heights=heights, spacing=float(figure.spacing), tolerance=figure.tolerance)
+    kinds = "Zernike, ChebyshevFigure, HeightMap"
+    raise ValueError(f"figure is a {type(figure).__name__}, which no file can hold; allowed: {kinds}")

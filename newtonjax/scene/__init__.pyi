@@ -43,6 +43,7 @@ from newtonjax.scene.gap import has_tilted_sphere as has_tilted_sphere
 from newtonjax.scene.gap import is_known_nonzero as is_known_nonzero
 from newtonjax.scene.gap import required_gap as required_gap
 from newtonjax.scene.glasses import refractive_index as refractive_index
+from newtonjax.scene.height_map import HeightMap as HeightMap
 from newtonjax.scene.illuminants import black_body as black_body
 from newtonjax.scene.illuminants import illuminant as illuminant
 from newtonjax.scene.lamp_lines import BANDS as BANDS
