@@ -24,7 +24,8 @@ td.bar{min-width:6em}td.bar div{height:.8em;min-width:1px;background:light-dark(
 img{max-width:100%;height:auto}figure{margin:.5em 0}figcaption{font-weight:bold}
 pre{background:light-dark(#f4f4f4,#23272f);padding:.8em;overflow-x:auto}
 .wide{overflow-x:auto}.answer{font-size:1.4em}.warning{color:light-dark(#8a3b00,#ffb27a)}
-@media print{:root{color-scheme:light}body{margin:0;max-width:none;font-size:11px}figure,tr{break-inside:avoid}}"""
+@media print{:root{color-scheme:light}body{margin:0;max-width:none;font-size:9.5px}figure,tr{break-inside:avoid}
+main{columns:2;column-gap:2em}h1,.answer,figure,pre{column-span:all}img{max-height:11cm}pre{padding:.3em 0}}"""
 # Quality and size of pictures in the page, the first by which all together are small enough: most often the first one,
 # a quarter of the PNG's size, and no difference to the eye.
 _FORMS = ((70, 1.0), (50, 1.0), (50, 0.7), (40, 0.5), (30, 0.35))

@@ -13,20 +13,16 @@ _RINGS = 40
 def of_picture(picture: Picture | DrawnPicture, centre: tuple[float, float], title: str) -> Figure:
     """Photograph with the fitted dark rings over it, residual, and the order across against angle down; centre [px]."""
     figure = Figure(figsize=(11, 9.2), layout="constrained")
-    (over, left), (unwrapped, profile) = figure.subplots(2, 2)
+    (over, left), (below, profile) = figure.subplots(2, 2)
     image = picture.photograph.image
-    low, high = draw_photograph(picture, centre, over)
+    draw_photograph(picture, centre, over)
     residual = np.where(picture.weights > 0, image - picture.fitted, np.nan)
     span = np.nanpercentile(np.abs(residual), 99)
     drawn = left.imshow(residual, cmap="RdBu_r", vmin=-span, vmax=span)
     left.set_title("photograph less model")
     figure.colorbar(drawn, ax=left, shrink=0.8, label="share of the brightest")
-    data, model, order, angle = unwrap(picture, centre)
-    stripes = np.where(np.arange(len(angle))[:, None] // max(1, len(angle) // 12) % 2, model, data)
-    extent = (order[0], order[-1], np.degrees(angle[-1]), np.degrees(angle[0]))
-    unwrapped.imshow(stripes, cmap="gray", aspect="auto", extent=extent, vmin=low, vmax=high, interpolation="nearest")
-    unwrapped.set(xlabel="order [turns]", ylabel="angle [°]", title="unwrapped: bands of photograph and model in turn")
-    covered = np.isfinite(data).sum(axis=0) > 0.02 * len(angle)
+    data, model, order = draw_unwrapped(picture, centre, below)
+    covered = np.isfinite(data).sum(axis=0) > 0.02 * len(data)
     mean = [np.nanmean(np.where(np.isfinite(data), table, np.nan)[:, covered], axis=0) for table in (data, model)]
     profile.plot(order[covered], mean[0], ".", ms=3, color="0.4", label="photograph")
     profile.plot(order[covered], mean[1], color="tab:red", lw=1, label="model")
@@ -34,6 +30,19 @@ def of_picture(picture: Picture | DrawnPicture, centre: tuple[float, float], tit
     profile.legend(loc="upper right")
     figure.suptitle(title)
     return figure
+
+
+def draw_unwrapped(
+    picture: Picture | DrawnPicture, centre: tuple[float, float], axes
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Order across against angle down into matplotlib axes; photograph and model as they are drawn, and the orders."""
+    data, model, order, angle = unwrap(picture, centre)
+    stripes = np.where(np.arange(len(angle))[:, None] // max(1, len(angle) // 12) % 2, model, data)
+    extent = (order[0], order[-1], np.degrees(angle[-1]), np.degrees(angle[0]))
+    low, high = _black_and_white(picture)
+    axes.imshow(stripes, cmap="gray", aspect="auto", extent=extent, vmin=low, vmax=high, interpolation="nearest")
+    axes.set(xlabel="order [turns]", ylabel="angle [°]", title="unwrapped: bands of photograph and model in turn")
+    return data, model, order
 
 
 def of_trial(picture: Picture | DrawnPicture) -> Figure:
@@ -44,16 +53,20 @@ def of_trial(picture: Picture | DrawnPicture) -> Figure:
     return figure
 
 
-def draw_photograph(picture: Picture | DrawnPicture, centre: tuple[float, float] | None, axes) -> tuple[float, float]:
-    """The photograph and the fitted dark rings into matplotlib axes; the intensities that are black and white."""
+def draw_photograph(picture: Picture | DrawnPicture, centre: tuple[float, float] | None, axes) -> None:
+    """The photograph and the fitted dark rings into matplotlib axes."""
     image = picture.photograph.image
-    low, high = np.nanpercentile(np.where(picture.weights > 0, image, np.nan), [1, 99])
+    low, high = _black_and_white(picture)
     axes.imshow(image, cmap="gray", vmin=low, vmax=high)
     _draw_rings(axes, picture.phase, picture.weights)
     if centre is not None:
         axes.plot(*centre, "+", color="tab:red", markersize=12, clip_on=True)
     _limits(axes, image.shape)
     axes.set_title("photograph, fitted dark rings in red")
+
+
+def _black_and_white(picture: Picture | DrawnPicture) -> tuple[float, float]:
+    low, high = np.nanpercentile(np.where(picture.weights > 0, picture.photograph.image, np.nan), [1, 99])
     return float(low), float(high)
 
 

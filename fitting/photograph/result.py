@@ -126,6 +126,21 @@ class FitResult(AbstractMeasurement):
         figure.draw_photograph(self.picture, self.centre_px, ax)
         return ax.figure
 
+    def unwrapped_figure(self, ax=None) -> Any:
+        """The order across against the angle down, in which a good fit is straight lines; into `ax` where it is given.
+
+        Raises ValueError for a result without rings, and for a loaded one, which has no photograph.
+        """
+        from matplotlib.figure import Figure
+
+        from fitting.photograph import figure
+
+        if self.picture is None or self.centre_px is None:
+            raise ValueError(f"a result of status {self.status!r} has no photograph with rings; a loaded one has none")
+        axes = Figure(figsize=(8, 6), layout="constrained").subplots() if ax is None else ax
+        figure.draw_unwrapped(self.picture, self.centre_px, axes)
+        return axes.figure
+
     headline, dominant, report = headline_of, dominant_of, report_of
 
     def budgets(self) -> dict[str, list[tuple[str, float]]]:

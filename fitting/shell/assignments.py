@@ -1,5 +1,8 @@
 """NAME=VALUE at the shell, in the unit that the name has."""
 
+from collections.abc import Callable
+from typing import Any
+
 from fitting.shell import lamps, quantities
 
 # Numbers that are lengths, among those that a chain takes priors of.
@@ -14,7 +17,16 @@ OF_CHAIN = (
     "contact_radius_px",
     "gap_turns",
 )
-_EXAMPLES = {"--vary": "400nm:700nm", "--sd": "0.1nm", "--choose": "532nm,589.3nm"}
+# An assignment as it may be, by option.
+_EXAMPLES = {
+    "--vary": "wavelength=400nm:700nm",
+    "--sd": "wavelength=0.1nm",
+    "--choose": "wavelength=532nm,589.3nm",
+    "--fix": "gap=0nm",
+    "--start": "radius=1m",
+}
+# Numbers of `fitting.fit` whose names there have a unit.
+_ARGUMENTS = {"centre": "centre_px", "fringe_scale": "fringe_scale_per_px2"}
 
 
 def pairs(option: str, texts: list[str]) -> list[tuple[str, str]]:
@@ -23,7 +35,7 @@ def pairs(option: str, texts: list[str]) -> list[tuple[str, str]]:
     for text in (part for group in texts for part in group.split()):
         name, equals, value = text.partition("=")
         if not (name and equals and value):
-            raise ValueError(f"{option} {text!r}: give NAME=..., such as wavelength={_EXAMPLES[option]}")
+            raise ValueError(f"{option} {text!r}: give NAME=..., such as {_EXAMPLES[option]}")
         assignments.append((name.replace("-", "_"), value))
     if twice := {name for name, _ in assignments if [n for n, _ in assignments].count(name) > 1}:
         raise ValueError(f"{option} names {sorted(twice)[0]} twice; give it once")
@@ -97,3 +109,28 @@ def noise(text: str) -> str | tuple[float, float]:
     if not comma:
         raise ValueError(f"{text!r}; give estimated, shot, or FULL_WELL,READ_NOISE in photoelectrons, such as 10000,3")
     return quantities.number(full_well), quantities.number(read_noise)
+
+
+def held(texts: list[str]) -> dict[str, Any]:
+    """What a fit holds, by the names of `fitting.fit`, of gap=LENGTH and centre=X,Y."""
+    return _named("--fix", texts, {"gap": quantities.length})
+
+
+def begun(texts: list[str]) -> dict[str, Any]:
+    """What a fit starts from, of centre=X,Y with radius=LENGTH or fringe-scale=NUMBER [per px²]."""
+    readers = {"radius": quantities.positive_length, "fringe_scale": quantities.number}
+    return _named("--start", texts, readers)
+
+
+def _named(option: str, texts: list[str], readers: dict[str, Callable[[str], Any]]) -> dict[str, Any]:
+    readers = {"centre": place, **readers}
+    values = {}
+    for name, text in pairs(option, texts):
+        if name not in readers:
+            allowed = ", ".join(name.replace("_", "-") for name in readers)
+            raise ValueError(f"{option} names {name!r}; allowed: {allowed}")
+        try:
+            values[_ARGUMENTS.get(name, name)] = readers[name](text)
+        except ValueError as error:
+            raise ValueError(f"{option} {name}={text}: {error}") from None
+    return values

@@ -29,6 +29,8 @@ class FitOptions(NamedTuple):
     page: int | None = None
     radius_sd: float | str | None = None
     prior: Mapping[str, tuple[float, float | str]] = MappingProxyType({})
+    fix: Mapping[str, Any] = MappingProxyType({})
+    start: Mapping[str, Any] = MappingProxyType({})
     axis: tuple[float, float] | None = None
     axis_sd: float | None = None
     view_angle: float | None = None
@@ -98,5 +100,6 @@ def _of_model(options: FitOptions) -> dict[str, Any]:
     arguments: dict[str, Any] = {"axis_px": options.axis, "axis_px_sd": options.axis_sd}
     arguments |= {"view_angle": options.view_angle, "view_angle_sd": options.view_angle_sd}
     named = {name: value for name, value in arguments.items() if value is not None}
+    named |= {name: dict(value) for name, value in (("fixed", options.fix), ("start", options.start)) if value}
     priors = {name: prior for name, prior in options.prior.items() if name not in options.of_chain.get("priors", {})}
     return named | ({"priors": priors} if priors else {})

@@ -56,6 +56,8 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "plate_radius_sd": quantities.length_sd,
     "page": _page,
     "prior": lambda text: assignments.priors([text]),
+    "fix": lambda text: assignments.held([text]),
+    "start": lambda text: assignments.begun([text]),
     "axis": assignments.place,
     "axis_sd": quantities.number,
     "view_angle": quantities.angle,

@@ -222,6 +222,20 @@ MODEL_OPTIONS = {
             show_default="those that the report prints",
         ),
     ],
+    "fix": Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE", help="What the fit holds: gap=0nm, or centre=X,Y in pixels; may be repeated."
+        ),
+    ],
+    "start": Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=VALUE",
+            help="What it starts from in place of a search: centre=X,Y with radius=1m or fringe-scale=1e-5 per px²; "
+            "may be repeated.",
+        ),
+    ],
     "axis": Annotated[
         Any,
         option(

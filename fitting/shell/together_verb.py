@@ -12,6 +12,9 @@ from fitting.shell.manifest import rows_of_manifest
 from fitting.shell.progress import progress
 from fitting.shell.report_page import Measured
 
+# Options of a single photograph's fit.
+_OF_ONE = ("fix", "start")
+
 
 def run(photos: list[Path], shared: tuple[str, ...], options: FitOptions, outputs: Outputs) -> int:
     """Fit, report, write; the exit status."""
@@ -23,6 +26,8 @@ def run(photos: list[Path], shared: tuple[str, ...], options: FitOptions, output
         check_options(own)
         if own.scene is not None:
             raise ValueError("a manifest names a scene; pictures are put together by the gap formula: leave it out")
+        if of_one := [name for name in _OF_ONE if getattr(own, name)]:
+            raise ValueError(f"--{of_one[0]} is of one photograph; leave it out, or fit each one alone")
     outputs.check(tuple(path for path, _ in pictures))
     names = [path.name for path, _ in pictures]
     with progress(f"fitting {len(names)} photographs"):

@@ -129,6 +129,22 @@ def test_the_shell_reads_priors_and_places():
         assignments.place("640")
 
 
+def test_the_shell_reads_what_is_held_and_where_a_fit_starts():
+    assert assignments.held(["gap=120nm centre=640,480.5"]) == {
+        "gap": pytest.approx(120e-9),
+        "centre_px": (640.0, 480.5),
+    }
+    assert assignments.begun(["centre=640,480", "radius=1m"]) == {"centre_px": (640.0, 480.0), "radius": 1.0}
+    assert assignments.begun(["fringe-scale=1e-5"]) == {"fringe_scale_per_px2": 1e-5}
+    for text, words in (("gap", "such as gap=0nm"), ("gap=5", "has no unit"), ("radius=1m", "allowed: centre, gap")):
+        with pytest.raises(ValueError, match=words):
+            assignments.held([text])
+    options = fit_arguments.FitOptions(fix={"gap": 0.0}, start={"centre_px": (1.0, 2.0), "radius": 1.0})
+    arguments = fit_arguments.arguments_of(options)
+    assert arguments["fixed"] == {"gap": 0.0}
+    assert arguments["start"] == {"centre_px": (1.0, 2.0), "radius": 1.0}
+
+
 def test_the_shell_gives_a_chain_the_priors_of_what_it_draws():
     prior = {"radius": (1.0, 0.02), "distortion": (0.0, 0.02)}
     options = fit_arguments.FitOptions(prior=prior, steps=500, mcmc=True)

@@ -1,6 +1,7 @@
 """The second tab: a bench of sliders, whose picture follows them."""
 
 import asyncio
+import html
 from typing import Any
 
 from nicegui import ui  # pyright: ignore[reportMissingImports]  # an extra
@@ -18,6 +19,7 @@ class BenchTab:
         self._session, self._worker = session, worker
         self._is_begun, self._is_busy = False, False
         self._latest: dict[str, Any] | None = None
+        self._values: dict[str, Any] = {}
 
     def build(self) -> None:
         """Show sliders and picture; nothing is drawn before `begin`."""
@@ -29,10 +31,16 @@ class BenchTab:
             'aria-label="Picture of the rings on the bench"></canvas><p id="bench-line">The bench is being set up.</p>'
         )
         with parts.section("Virtual bench"):
-            ui.html(f'<div class="nj-row">{lists}{sliders}</div>', sanitize=False)
             with parts.row():
-                ui.html(canvas, sanitize=False).classes("nj-figure")
-                self._numbers = ui.html("", sanitize=False).classes("nj-figure")
+                ui.html(canvas, sanitize=False).classes("nj-figure nj-seen")
+                ui.html(f'<div class="nj-row">{lists}{sliders}</div>', sanitize=False).classes("nj-figure")
+            self._numbers = ui.html("", sanitize=False)
+            parts.heading("Speed against accuracy", 3)
+            ui.label("Times every way to this picture, with its errors; the picture stands still meanwhile.")
+            with parts.row():
+                self._button = ui.button("Compare the ways", on_click=self._compare).props("no-caps outline")
+            self._line = parts.message()
+            self._trade = ui.html("", sanitize=False)
         ui.on("bench", lambda event: self._describe(event.args))
 
     async def begin(self) -> None:
@@ -42,9 +50,21 @@ class BenchTab:
             parts.run_script("njBench", self._session.token)
             await self._describe({})
 
+    async def _compare(self) -> None:
+        self._button.set_enabled(False)
+        self._line.set_text("Timing every way: about half a minute the first time, some seconds later.")
+        try:
+            text = await self._worker.call("compare", self._values)
+            self._trade.set_content(parts.block("Speed against accuracy", text))
+            self._line.set_text("")
+        except (WorkError, asyncio.CancelledError) as error:
+            self._line.set_text(str(error))
+        finally:
+            self._button.set_enabled(True)
+
     async def _describe(self, values: dict[str, Any]) -> None:
         """Show the numbers of the newest bench; while some are on their way, later ones replace each other."""
-        self._latest = values
+        self._latest = self._values = values
         if self._is_busy:
             return
         self._is_busy = True
@@ -62,5 +82,6 @@ class BenchTab:
         bounds = parts.block("What a photograph would tell", about["bounds"])
         self._numbers.set_content(
             parts.table("Dark rings (one wavelength)", ("order", "radius [mm]"), rings)
+            + f"<p>Drawn by {html.escape(about['way'])}.</p>"
             + f"<h3>What a photograph of this bench would tell at best</h3>{bounds}"
         )

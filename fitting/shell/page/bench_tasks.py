@@ -1,5 +1,6 @@
 """What the worker does for the virtual bench: its picture while a slider moves, and numbers beside it."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
@@ -27,9 +28,13 @@ class Slider(NamedTuple):
     first: float
 
 
-# Numbers of `newtonjax.newton_rings`, and of the camera.
+# Numbers of `newtonjax.newton_rings`, of the camera, and what stands for a number that has no value on a sphere.
 SLIDERS = {
     "radius": Slider("Radius of the lens", "m", 1.0, 0.2, 5.0, 0.005, 1.0),
+    "across": Slider("Second radius over the first (1: a sphere)", "", 1.0, 0.5, 2.0, 0.005, 1.0),
+    "axis": Slider("Direction of the first radius", "°", math.pi / 180, 0.0, 180.0, 1.0, 0.0),
+    "conic": Slider("Conic constant of the lens (0: a sphere)", "", 1.0, -50.0, 50.0, 0.5, 0.0),
+    "plate": Slider("Curvature of the plate (0: flat)", "1/m", 1.0, -0.15, 2.0, 0.01, 0.0),
     "gap": Slider("Gap at the centre", "nm", 1e-9, 0.0, 2000.0, 1.0, 0.0),
     "wavelength": Slider("Wavelength", "nm", 1e-9, 400.0, 700.0, 0.1, 589.3),
     "lens_index": Slider("Index of the lens", "", 1.0, 1.3, 2.0, 0.001, 1.5),
@@ -67,10 +72,20 @@ def describe(files: Path, tell: Tell, values: Mapping[str, Any]) -> dict[str, An
     import newtonjax as nj
 
     scene, camera = _bench({**values, "light": ""})
+    plan = nj.plan(scene, camera)
     path = np.asarray(nj.opd(scene, camera))
     bounds = fitting.information(scene, camera, free=("radius", "gap"))
     rings = _dark_rings(path, float(scene.wavelength), scene.view, float(camera.pixel_size))
-    return {"rings": rings, "bounds": bounds.report()}
+    way = f"{type(plan.method).__name__}: {plan.reason}; wrong by at most {plan.intensity_error:.1g} of the brightest"
+    return {"rings": rings, "bounds": bounds.report(), "way": way}
+
+
+def compare(files: Path, tell: Tell, values: Mapping[str, Any]) -> str:
+    """Every way to the picture of a bench: time, memory and errors, and what each would do to a radius."""
+    del files, tell
+    import fitting
+
+    return fitting.tradeoff(*_bench({**values, "light": ""})).report()
 
 
 def _dark_rings(path: np.ndarray, wavelength: float, view: str, pixel_size: float) -> list[dict[str, Any]]:
@@ -108,11 +123,19 @@ def _bench(values: Mapping[str, Any]) -> tuple[Any, Any]:
     view, light = values.get("view", VIEWS[0]), values.get("light", "")
     if view not in VIEWS or light not in LIGHTS:
         raise ValueError(f"allowed views: {', '.join(VIEWS)}; lights: {', '.join(filter(None, LIGHTS))}")
+    across, axis, conic, plate = map(numbers.pop, ("across", "axis", "conic", "plate"))
+    numbers |= _faces(conic, plate)
+    numbers |= {"radius_across": across * numbers["radius"], "axis": axis} if across != 1.0 else {}
     camera = nj.Camera((SIDE, SIDE), pixel_size=numbers.pop("pixel_size"))
     if light:
         del numbers["wavelength"]
         numbers["light"] = light
     return nj.newton_rings(view=view, **numbers), camera
+
+
+def _faces(conic: float, plate: float) -> dict[str, float]:
+    """Arguments of the bench for its faces, without those that leave a sphere on a flat plate."""
+    return ({"conic": conic} if conic else {}) | ({"plate_radius": 1 / plate} if plate else {})
 
 
 def _number(name: str, value: Any) -> float:

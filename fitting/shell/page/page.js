@@ -1,24 +1,27 @@
 // Photographs go to the page as they are; the bench asks for one picture at a time, always for the newest numbers.
-function njSend(token, file) {
+function njSend(token, kind, file) {
   if (!file) return;
-  emitEvent("sending", { name: file.name });
-  fetch(`/photograph/${token}?name=${encodeURIComponent(file.name)}`, { method: "POST", body: file })
+  emitEvent("sending", { kind, name: file.name });
+  fetch(`/${kind}/${token}?name=${encodeURIComponent(file.name)}`, { method: "POST", body: file })
     .then(async (answer) => {
       const isJson = (answer.headers.get("content-type") || "").includes("json");
       const about = isJson ? await answer.json() : { message: await answer.text() };
-      emitEvent("photograph", { ok: answer.ok, message: about.message || "" });
+      emitEvent(kind, { ok: answer.ok, message: about.message || "" });
     })
-    .catch(() => emitEvent("photograph", { ok: false, message: "the photograph did not arrive; is it too large?" }));
+    .catch(() => emitEvent(kind, { ok: false, message: "the photograph did not arrive; is it too large?" }));
 }
 function njDrop(token) {
-  const area = document.querySelector(".nj-drop");
-  const input = area.querySelector("input");
-  input.addEventListener("change", () => njSend(token, input.files[0]));
-  for (const kind of ["dragenter", "dragover"])
-    area.addEventListener(kind, (event) => { event.preventDefault(); area.classList.add("over"); });
-  for (const kind of ["dragleave", "drop"])
-    area.addEventListener(kind, (event) => { event.preventDefault(); area.classList.remove("over"); });
-  area.addEventListener("drop", (event) => njSend(token, event.dataTransfer.files[0]));
+  // A page that is loaded again finds its photograph by its address.
+  history.replaceState(null, "", `?session=${token}`);
+  for (const area of document.querySelectorAll(".nj-drop")) {
+    const input = area.querySelector("input"), kind = area.dataset.drop;
+    input.addEventListener("change", () => njSend(token, kind, input.files[0]));
+    for (const name of ["dragenter", "dragover"])
+      area.addEventListener(name, (event) => { event.preventDefault(); area.classList.add("over"); });
+    for (const name of ["dragleave", "drop"])
+      area.addEventListener(name, (event) => { event.preventDefault(); area.classList.remove("over"); });
+    area.addEventListener("drop", (event) => njSend(token, kind, event.dataTransfer.files[0]));
+  }
 }
 
 // The picture of the bench: one request in flight, the newest numbers next, the rate of the last second.

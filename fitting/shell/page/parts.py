@@ -35,31 +35,58 @@ def row() -> Any:
     return ui.element("div").classes("nj-row")
 
 
-def field(label: str, hint: str = "", value: str = "", words: Iterable[str] = ()) -> Any:
-    """A field for a text; `words` are completed."""
-    entry = ui.input(label, value=value, autocomplete=list(words) or None).classes("nj-field").props("outlined dense")
+def field(form: dict[str, Any], name: str, label: str, hint: str = "", words: Iterable[str] = ()) -> Any:
+    """A field for a text, which `form` keeps under a name; `words` are completed."""
+    entry = ui.input(
+        label,
+        value=form.setdefault(name, ""),
+        autocomplete=list(words) or None,
+        on_change=lambda event: form.update({name: event.value}),
+    )
+    entry.classes("nj-field").props("outlined dense")
     if hint:
         entry.props(f'hint="{html.escape(hint)}"')
     return entry
 
 
 class Choice:
-    """One of several words by a native list, which every keyboard and phone knows."""
+    """One of several words by a native list, which every keyboard and phone knows; `form` keeps it under a name.
 
-    def __init__(self, label: str, options: dict[str, str], value: str, changed: Callable[[str], Any] | None = None):
-        self._options, self._changed, self.value = options, changed, value
+    Below stands a line of what is known of it.
+    """
+
+    def __init__(
+        self,
+        form: dict[str, Any],
+        name: str,
+        label: str,
+        options: dict[str, str],
+        changed: Callable[[str], Any] | None = None,
+    ):
+        self._form, self._name, self._options, self._changed = form, name, options, changed
+        form.setdefault(name, next(iter(options)))
         with ui.element("label").classes("nj-field"):
             ui.label(label)
             self._list = ui.html(self._rows(), sanitize=False, tag="select").classes("nj-select")
+            self._line = ui.label().classes("nj-aside")
         self._list.on("change", self._take, js_handler="(event) => emit(event.target.value)")
+
+    @property
+    def value(self) -> str:
+        """The word that is chosen."""
+        return self._form[self._name]
 
     def choose(self, value: str) -> None:
         """Choose one of the words."""
-        self.value = value
+        self._form[self._name] = value
         self._list.set_content(self._rows())
 
+    def say(self, text: str) -> None:
+        """Say what is known of it."""
+        self._line.set_text(text)
+
     def _take(self, event: Any) -> None:
-        self.value = event.args if event.args in self._options else self.value
+        self._form[self._name] = event.args if event.args in self._options else self.value
         if self._changed is not None:
             self._changed(self.value)
 
@@ -112,6 +139,16 @@ def picked(area: Any, shape: Callable[[], tuple[int, int]], take: Callable[[floa
             await taking
 
     area.on("click", scaled, js_handler=_CLICK)
+
+
+def file_input(name: str, text: str) -> None:
+    """A frame for a photograph, chosen or dropped; `page.js` sends it to the route of this name."""
+    kinds = "image/*,.tif,.tiff,.npy,.dng,.cr2,.nef,.arw"
+    ui.html(
+        f'<label class="nj-drop" data-drop="{name}">{html.escape(text)} '
+        f'<input type="file" id="{name}" accept="{kinds}"></label>',
+        sanitize=False,
+    )
 
 
 def slider(name: str, about: Slider) -> str:

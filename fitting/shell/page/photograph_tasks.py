@@ -10,10 +10,12 @@ from typing import Any
 
 import fitting
 from fitting.parameters import Source, output, page, png, section
+from fitting.photograph import expected_rings
 from fitting.shell import quantities
 from fitting.shell.answer import as_png
 from fitting.shell.fit_verb import ring_tables
 from fitting.shell.page import pictures
+from fitting.shell.page.pictures import Region
 from fitting.shell.page.settings import MASK, SCALE, Settings
 from fitting.shell.scale_verb import points_of
 
@@ -21,6 +23,8 @@ Tell = Callable[[str, Any], None]
 # The fit's steps as they are told.
 PROGRESS, ANSWER = "progress", "answer"
 _SAMPLE = "sample.png"
+# Of a ring on the screen.
+_CORNERS = 120
 
 
 def sample() -> tuple[bytes, str, Settings]:
@@ -34,7 +38,7 @@ def sample() -> tuple[bytes, str, Settings]:
     return (data / _SAMPLE).read_bytes(), _SAMPLE, Settings(texts)
 
 
-def look(files: Path, tell: Tell, data: bytes, name: str, region: Mapping[str, float] | None = None) -> dict[str, Any]:
+def look(files: Path, tell: Tell, data: bytes, name: str, region: Region = ()) -> dict[str, Any]:
     """Size, preview and usable part of a photograph, which a `region` narrows. Raises ValueError for what is none."""
     del tell
     with _as_file(files, data, name) as path:
@@ -54,13 +58,13 @@ def look(files: Path, tell: Tell, data: bytes, name: str, region: Mapping[str, f
 
 
 def measure(
-    files: Path, tell: Tell, data: bytes, name: str, settings: Settings, region: Mapping[str, float] | None = None
+    files: Path, tell: Tell, data: bytes, name: str, settings: Settings, region: Region = ()
 ) -> dict[str, bytes]:
     """Files of the result by name; the answer itself is told before they are drawn."""
     arguments = settings.arguments()
     added: dict[str, bytes] = {}
     with _as_file(files, data, name) as path:
-        if region is not None:
+        if region:
             mask = pictures.region_mask(region, fitting.read(path).mask.shape)
             arguments["mask"] = mask
             added[MASK] = png.encode(mask.astype(float), 8)
@@ -103,6 +107,35 @@ def _as_file(files: Path, data: bytes, name: str) -> Generator[Path, None, None]
     finally:
         for leftover in files.glob("*"):
             leftover.unlink()
+
+
+def expected(files: Path, tell: Tell, shape: tuple[int, int], numbers: Mapping[str, Any]) -> str:
+    """The dark rings that are expected of some numbers, as the path of an SVG whose units are pixels.
+
+    `numbers`: arguments of `fitting.photograph.expected_rings`. Raises ValueError where no such rings can be drawn.
+    """
+    del files, tell
+    lines = expected_rings(shape, **numbers)
+    return " ".join(
+        "M" + " L".join(f"{x:.1f} {y:.1f}" for x, y in [*line[: -1 : max(1, len(line) // _CORNERS)], line[-1]])
+        for line in lines
+    )
+
+
+def reticle(files: Path, tell: Tell, data: bytes, name: str, kind: str, size: str, size_sd: str) -> dict[str, Any]:
+    """The scale of a photograph of a "division", "ruler" or "disc_diameter" of known size, its words and its picture.
+
+    Raises ValueError for texts that are no sizes, and where no such thing is found.
+    """
+    del tell
+    known: dict[str, Any] = {kind: quantities.positive_length(size)}
+    known |= {f"{kind}_sd": quantities.length_sd(size_sd)} if size_sd else {}
+    with _as_file(files, data, name) as path:
+        result = fitting.scale(path, **known)
+    if result.status != "ok":
+        raise ValueError(result.message)
+    words = ". ".join([result.headline(), *map(str, result.warnings)])
+    return {"scale": result.to_dict(), "words": words, "picture": pictures.figure_jpeg(result.figure())}
 
 
 def scale(files: Path, tell: Tell, points: list[str], distance: str, distance_sd: str) -> dict[str, Any]:

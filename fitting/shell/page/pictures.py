@@ -2,6 +2,7 @@
 
 import io
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -14,22 +15,33 @@ _TINT = 0.45
 _QUALITY = 88
 
 
-def region_mask(region: Mapping[str, float] | None, shape: tuple[int, int]) -> np.ndarray:
-    """True within a circle (x, y, radius) or a rectangle (x, y, to_x, to_y) [px]; everywhere without a region.
+# Shapes by their numbers [px], each with "leaves_out" where it is left out: a circle has "radius", a rectangle "to_x".
+Region = tuple[Mapping[str, float], ...]
 
-    Raises ValueError for a region without pixels.
+
+def region_mask(region: Region, shape: tuple[int, int]) -> np.ndarray:
+    """True in one of the circles (x, y, radius) or rectangles (x, y, to_x, to_y) [px], and in none that is left out.
+
+    Without a shape that is to be used, it is all the picture. Raises ValueError for a region without pixels.
     """
-    if region is None:
-        return np.ones(shape, bool)
     y, x = np.ogrid[: shape[0], : shape[1]]
-    if "radius" in region:
-        inside = (x - region["x"]) ** 2 + (y - region["y"]) ** 2 <= region["radius"] ** 2
-    else:
-        (low_x, high_x), (low_y, high_y) = (sorted((region[name], region[f"to_{name}"])) for name in ("x", "y"))
-        inside = (x >= low_x) & (x <= high_x) & (y >= low_y) & (y <= high_y)
-    if not inside.any():
+    used, left_out = np.zeros(shape, bool), np.zeros(shape, bool)
+    for one in region:
+        target = left_out if one.get("leaves_out") else used
+        target |= _inside(one, x, y)
+    if all(one.get("leaves_out") for one in region):
+        used[:] = True
+    used &= ~left_out
+    if not used.any():
         raise ValueError("the region holds no pixel of the photograph; draw it again")
-    return inside
+    return used
+
+
+def _inside(one: Mapping[str, float], x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    if "radius" in one:
+        return (x - one["x"]) ** 2 + (y - one["y"]) ** 2 <= one["radius"] ** 2
+    (low_x, high_x), (low_y, high_y) = (sorted((one[name], one[f"to_{name}"])) for name in ("x", "y"))
+    return (x >= low_x) & (x <= high_x) & (y >= low_y) & (y <= high_y)
 
 
 def preview(image: np.ndarray, mask: np.ndarray | None = None) -> bytes:
@@ -46,12 +58,22 @@ def preview(image: np.ndarray, mask: np.ndarray | None = None) -> bytes:
 
 
 def of_result(result: fitting.FitResult) -> dict[str, bytes]:
-    """The fitted rings over the photograph, and what the model leaves, where there is a fit."""
-    if result.residual is None or result.centre_px is None:
-        return {}
+    """Rings over the photograph, what the model leaves, and the unwrapped view, where there is a fit.
+
+    Of a fit that was refused, the rings that were tried.
+    """
     residual = result.residual
+    if residual is None:
+        return {}
+    if result.centre_px is None:
+        tried = result.tried_figure()
+        return {} if tried is None else {"tried.jpg": figure_jpeg(tried)}
     span = float(np.nanpercentile(np.abs(residual), 99)) or 1.0
-    return {"rings.jpg": _rings(result), "residual.jpg": preview(np.clip(residual, -span, span))}
+    return {
+        "rings.jpg": _rings(result, residual.shape),
+        "residual.jpg": preview(np.clip(residual, -span, span)),
+        "unwrapped.jpg": figure_jpeg(result.unwrapped_figure()),
+    }
 
 
 def jpeg(values: np.ndarray) -> bytes:
@@ -63,17 +85,22 @@ def jpeg(values: np.ndarray) -> bytes:
     return file.getvalue()
 
 
-def _rings(result: fitting.FitResult) -> bytes:
+def figure_jpeg(figure: Any) -> bytes:
+    """A matplotlib figure as JPEG."""
+    file = io.BytesIO()
+    figure.savefig(file, format="jpeg", dpi=100, pil_kwargs={"quality": _QUALITY})
+    return file.getvalue()
+
+
+def _rings(result: fitting.FitResult, shape: tuple[int, ...]) -> bytes:
     """The picture of the result's own axes, without frame and title."""
     from matplotlib.figure import Figure
 
-    rows, columns = result.residual.shape if result.residual is not None else (1, 1)
+    rows, columns = shape
     scale = min(1.0, _WIDEST / max(rows, columns)) / 100
     figure = Figure(figsize=(columns * scale, rows * scale), dpi=100)
     axes = figure.add_axes((0, 0, 1, 1))
     result.figure(axes)
     axes.set_title("")
     axes.set_axis_off()
-    file = io.BytesIO()
-    figure.savefig(file, format="jpeg", pil_kwargs={"quality": _QUALITY})
-    return file.getvalue()
+    return figure_jpeg(figure)

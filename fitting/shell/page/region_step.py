@@ -1,20 +1,22 @@
 """The third step: which part of the photograph is used."""
 
 import asyncio
-from collections.abc import Mapping
 from typing import Any
 
 from nicegui import ui  # pyright: ignore[reportMissingImports]  # an extra
 
 from fitting.shell.page import parts
+from fitting.shell.page.pictures import Region
 from fitting.shell.page.sessions import Session
 from fitting.shell.page.worker import WorkError
 
-_ALL, _CIRCLE, _RECTANGLE = "all", "circle", "rectangle"
+_ALL, _CIRCLE, _RECTANGLE, _WITHOUT = "all", "circle", "rectangle", "without-"
 _SHAPES = {
     _ALL: "all that is lit and not saturated",
-    _CIRCLE: "a circle: click its middle, then its rim",
-    _RECTANGLE: "a rectangle: click two corners",
+    _CIRCLE: "what is in a circle: click its middle, then its rim",
+    _RECTANGLE: "what is in a rectangle: click two corners",
+    _WITHOUT + _CIRCLE: "not what is in a circle: click its middle, then its rim",
+    _WITHOUT + _RECTANGLE: "not what is in a rectangle: click two corners",
 }
 _FIELDS = {
     _ALL: (),
@@ -33,18 +35,20 @@ class RegionStep:
     def build(self) -> None:
         """Show the fields."""
         with parts.section("3. Region"):
-            self._shape = parts.Choice("The fit uses", _SHAPES, _ALL, self._choose)
+            self._shape = parts.Choice(self._session.form, "shape", "The fit uses", _SHAPES, self._choose)
             self._rows = {shape: parts.row() for shape in _FIELDS}
             self._fields: dict[str, dict[str, Any]] = {}
             for shape, names in _FIELDS.items():
                 with self._rows[shape]:
                     self._fields[shape] = {name: _field(text) for name, text in names}
                     if names:
-                        ui.button("Use this region", on_click=self._use).props("no-caps outline")
+                        ui.button("Add this shape", on_click=self._use).props("no-caps outline")
+                        ui.button("Take the last one back", on_click=self._undo).props("no-caps outline")
             self._picture = ui.element("div").classes("nj-pick")
             parts.picked(self._picture, self._size, self._take_point)
             self._line = parts.message()
-        self._choose(_ALL)
+            ui.label("Shapes add up: a circle that is used and one that is left out make a ring.").classes("nj-aside")
+        self._choose(self._shape.value)
 
     def refresh(self) -> None:
         """Show the photograph that is there now; a new one begins without a region."""
@@ -59,9 +63,12 @@ class RegionStep:
             ui.html(parts.figure(address, "the photograph; what the fit leaves out is red", caption), sanitize=False)
 
     async def _use(self) -> None:
-        await self._narrow(self._typed())
+        await self._narrow((*self._session.region, self._typed()))
 
-    async def _narrow(self, region: Mapping[str, float] | None) -> None:
+    async def _undo(self) -> None:
+        await self._narrow(self._session.region[:-1])
+
+    async def _narrow(self, region: Region) -> None:
         if not self._session.data:
             self._line.set_text("Choose a photograph first (step 1).")
             return
@@ -72,26 +79,28 @@ class RegionStep:
             self._line.set_text(str(error))
         self.refresh()
 
-    def _typed(self) -> dict[str, float] | None:
-        """The region of the fields, None without one."""
-        shape = self._shape.value
-        if shape == _ALL:
-            return None
-        values = {name: entry.value for name, entry in self._fields[shape].items()}
-        return {name: float(value or 0.0) for name, value in values.items()}
+    @property
+    def _kind(self) -> str:
+        """What is drawn: the form of the shape alone."""
+        return self._shape.value.removeprefix(_WITHOUT)
+
+    def _typed(self) -> dict[str, float]:
+        """The shape of the fields."""
+        values = {name: float(entry.value or 0.0) for name, entry in self._fields[self._kind].items()}
+        return values | ({"leaves_out": 1.0} if self._shape.value.startswith(_WITHOUT) else {})
 
     def _choose(self, shape: str) -> Any:
         for name, row in self._rows.items():
-            row.set_visibility(name == shape)
+            row.set_visibility(name == self._kind)
         self._first = None
-        return asyncio.create_task(self._narrow(None)) if shape == _ALL and self._session.region else None
+        return asyncio.create_task(self._narrow(())) if shape == _ALL and self._session.region else None
 
     def _size(self) -> tuple[int, int]:
         return self._session.about["rows"], self._session.about["columns"]
 
     async def _take_point(self, x: float, y: float) -> None:
         """The first click is the middle or a corner, the second makes the region."""
-        shape = self._shape.value
+        shape = self._kind
         if shape == _ALL:
             return
         fields = self._fields[shape]
@@ -105,7 +114,8 @@ class RegionStep:
             fields["radius"].value = round(((x - from_x) ** 2 + (y - from_y) ** 2) ** 0.5, 1)
         else:
             fields["to_x"].value, fields["to_y"].value = x, y
-        await self._narrow(self._typed())
+        self._first = None
+        await self._use()
 
 
 def _field(text: str) -> Any:

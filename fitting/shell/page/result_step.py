@@ -7,7 +7,6 @@ from nicegui import ui  # pyright: ignore[reportMissingImports]  # an extra
 
 from fitting.parameters import TABLE, explained, with_sd
 from fitting.shell.page import parts
-from fitting.shell.page.scale_step import ScaleStep
 from fitting.shell.page.sessions import Session
 
 # Files to keep, in their order, with what they are.
@@ -23,13 +22,24 @@ _FILES = {
     "repeat.sh": "Shell command",
     "repeat.py": "Python lines",
 }
+# Pictures of an answer, with what they show and what is to be seen in them.
+_PICTURES = {
+    "rings.jpg": ("the photograph with the fitted dark rings", "The fitted dark rings in red."),
+    "residual.jpg": ("photograph less model", "Photograph less model: rings here are left unexplained."),
+    "unwrapped.jpg": (
+        "unwrapped view: the order across, the angle down",
+        "Unwrapped: bands of photograph and model in turn. A good fit is straight vertical lines.",
+    ),
+    "tried.jpg": ("the photograph with the dark rings that were tried", "The rings that were tried, in red."),
+}
 
 
 class ResultStep:
     """What is shown of the last fit."""
 
-    def __init__(self, session: Session, scale: ScaleStep):
-        self._session, self._scale = session, scale
+    def __init__(self, session: Session):
+        self._session = session
+        self._offered: tuple[str, ...] = ()
 
     def build(self) -> None:
         """Show that there is nothing yet."""
@@ -42,6 +52,7 @@ class ResultStep:
         """Forget the last answer."""
         self._area.clear()
         self._links.clear()
+        self._offered = ()
         with self._area:
             ui.label("No result yet.")
 
@@ -66,35 +77,29 @@ class ResultStep:
                 ui.html(parts.block(_FILES[name], text, wraps=True), sanitize=False)
 
     def show_files(self) -> None:
-        """Offer the files of the answer."""
+        """Offer the files of the answer, as far as they are drawn."""
+        names = tuple(name for name in _FILES if name in self._session.files)
+        if names == self._offered:
+            return
+        self._offered = names
+        self._links.clear()
+        if not names:
+            return
         address = f"/files/{self._session.token}"
-        links = "".join(
-            f'<li><a href="{address}/{name}" download>{title}</a></li>'
-            for name, title in _FILES.items()
-            if name in self._session.files
-        )
+        links = "".join(f'<li><a href="{address}/{name}" download>{_FILES[name]}</a></li>' for name in names)
         with self._links:
             parts.heading("To keep", 3)
             ui.html(f'<ul class="nj-links">{links}</ul>', sanitize=False)
 
     def _keep_scale(self) -> None:
-        self._scale.earlier = {key: value for key, value in self._session.answer.items() if key not in _ADDED}
+        self._session.scale = {key: value for key, value in self._session.answer.items() if key not in _ADDED}
         ui.notify("Step 2 now offers this pixel size for the next photograph.")
 
     def _pictures(self) -> str:
-        if "rings.jpg" not in self._session.files:
-            return ""
-        address = f"/files/{self._session.token}"
-        stamp = f"?of={id(self._session.answer)}"
-        rings = parts.figure(
-            f"{address}/rings.jpg{stamp}", "the photograph with the fitted dark rings", "The fitted dark rings in red."
-        )
-        residual = parts.figure(
-            f"{address}/residual.jpg{stamp}",
-            "photograph less model",
-            "Photograph less model: rings here are left unexplained.",
-        )
-        return f'<div class="nj-row">{rings}{residual}</div>'
+        address, stamp = f"/files/{self._session.token}", f"?of={id(self._session.answer)}"
+        shown = [(name, *words) for name, words in _PICTURES.items() if name in self._session.files]
+        figures = "".join(parts.figure(f"{address}/{name}{stamp}", alt, caption) for name, alt, caption in shown)
+        return f'<div class="nj-row">{figures}</div>' if figures else ""
 
 
 # Share of the variance below which a row of the budget is not shown; the report has all of them.

@@ -30,6 +30,16 @@ def with_routes(app: FastAPI, sessions: Sessions, bench: Worker) -> FastAPI:
             return _refused(422, str(error))
         return JSONResponse({key: value for key, value in about.items() if key != "pictures"} | {"name": session.name})
 
+    async def receive_reticle(token: str, request: Request, name: str = "photograph") -> Response:
+        session = sessions.get(token)
+        if session is None:
+            return _refused(404, "this page is closed; load it again")
+        try:
+            await session.take_reticle(name, await request.body())
+        except WorkError as error:
+            return _refused(422, str(error))
+        return JSONResponse({"name": session.reticle.name})
+
     async def send(token: str, name: str) -> Response:
         session = sessions.get(token)
         content = None if session is None else session.file(name)
@@ -54,6 +64,7 @@ def with_routes(app: FastAPI, sessions: Sessions, bench: Worker) -> FastAPI:
             return
 
     app.add_api_route("/photograph/{token}", receive, methods=["POST"])
+    app.add_api_route("/reticle/{token}", receive_reticle, methods=["POST"])
     app.add_api_route("/files/{token}/{name}", send, methods=["GET"])
     app.add_api_websocket_route("/bench/{token}", draw)
     return app

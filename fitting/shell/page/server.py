@@ -65,7 +65,11 @@ def parts(folder: Path, hosts: tuple[str, ...], says: str = "") -> Parts:
     with_routes(app, sessions, bench)
     # A bar over the page for every picture would only distract, and it has no name for a screen reader.
     framework.config.quasar_config["loadingBar"]["skipHijack"] = True
-    ui.page("/", title="newtonjax")(lambda: show(sessions, photographs, bench))
+
+    @ui.page("/", title="newtonjax")
+    def page(session: str = "") -> None:
+        show(sessions, photographs, bench, session)
+
     ui.run_with(app, language="en-US", dark=None, reconnect_timeout=_PATIENCE, show_welcome_message=False)
     return Parts(Guard(app, hosts, LIMIT), sessions, photographs, bench)
 

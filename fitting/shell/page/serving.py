@@ -18,9 +18,12 @@ TASKS = {
     "look": ("photograph_tasks", "look"),
     "measure": ("photograph_tasks", "measure"),
     "scale": ("photograph_tasks", "scale"),
+    "reticle": ("photograph_tasks", "reticle"),
+    "expected": ("photograph_tasks", "expected"),
     "table": ("table_task", "measure"),
     "draw": ("bench_tasks", "draw"),
     "describe": ("bench_tasks", "describe"),
+    "compare": ("bench_tasks", "compare"),
 }
 
 

@@ -3,12 +3,14 @@
 import asyncio
 import re
 import secrets
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import PurePosixPath, PureWindowsPath
-from typing import Any
+from typing import Any, NamedTuple
 
-from fitting.shell.page.photograph_tasks import ANSWER, sample
+from fitting.shell.page.photograph_tasks import ANSWER, PROGRESS, sample
+from fitting.shell.page.pictures import Region
 from fitting.shell.page.settings import Settings
 from fitting.shell.page.worker import Worker, WorkError
 
@@ -27,11 +29,21 @@ MEDIA = {
 }
 
 
+class Reticle(NamedTuple):
+    """A photograph of something of known size: its name, its bytes, and the picture of what was found in it."""
+
+    name: str = ""
+    data: bytes = b""
+    picture: bytes = b""
+
+
 @dataclass
 class Session:
     """One tab: its photograph, what is known of it, and the files of its last answer.
 
-    `token` stands in the addresses of all that; nobody else can guess it.
+    `token` stands in the addresses of all that; nobody else can guess it. `form`: what is typed and chosen, by name;
+    `scale`: the pixel size that was measured last, as `fitting.fit` takes it; `holders`: pages that show it, two for a
+    while where one is loaded again.
     """
 
     photographs: Worker
@@ -39,11 +51,17 @@ class Session:
     name: str = ""
     data: bytes = b""
     about: dict[str, Any] = field(default_factory=dict)
-    region: Mapping[str, float] | None = None
+    region: Region = ()
+    form: dict[str, Any] = field(default_factory=dict)
+    scale: Mapping[str, Any] = field(default_factory=dict)
+    reticle: Reticle = field(default_factory=Reticle)
     answer: dict[str, Any] = field(default_factory=dict)
     files: dict[str, bytes] = field(default_factory=dict)
     table_files: dict[str, bytes] = field(default_factory=dict)
     running: asyncio.Task | None = None
+    began: float = 0.0
+    progress: tuple[int, int] = (0, 4)
+    holders: int = 0
 
     async def take(self, name: str, data: bytes) -> dict[str, Any]:
         """Look at a photograph, and measure this one from now on. Raises WorkError for what is none."""
@@ -51,7 +69,7 @@ class Session:
         if not data:
             raise WorkError(f"{name} is empty; choose a photograph")
         about = await self.photographs.call("look", data, name)
-        self.name, self.data, self.region = name, data, None
+        self.name, self.data, self.region = name, data, ()
         self.answer, self.files = {}, {}
         self._show(about)
         return self.about
@@ -62,17 +80,35 @@ class Session:
         await self.take(name, data)
         return settings
 
-    async def narrow(self, region: Mapping[str, float] | None) -> None:
+    async def narrow(self, region: Region) -> None:
         """Use only a region of the photograph, or all that is usable. Raises WorkError for an empty one."""
         self._show(await self.photographs.call("look", self.data, self.name, region))
         self.region = region
 
+    async def take_reticle(self, name: str, data: bytes) -> None:
+        """Keep a photograph of something of known size. Raises WorkError for what is none."""
+        name = clean_name(name)
+        if not data:
+            raise WorkError(f"{name} is empty; choose a photograph")
+        about = await self.photographs.call("look", data, name)
+        self.reticle = Reticle(name, data, about["pictures"]["photograph.jpg"])
+
+    async def measure_reticle(self, kind: str, size: str, size_sd: str) -> str:
+        """Take the scale from the photograph of something of known size; it in words. Raises WorkError without one."""
+        if not self.reticle.data:
+            raise WorkError("there is no photograph of it yet; choose one")
+        answer = await self.photographs.call("reticle", self.reticle.data, self.reticle.name, kind, size, size_sd)
+        self.scale, self.reticle = answer["scale"], self.reticle._replace(picture=answer["picture"])
+        return answer["words"]
+
     async def measure(self, settings: Settings, listener: Callable[[str, Any], None]) -> None:
         """Fit the photograph; answer and files are then here. Raises WorkError, and CancelledError after `cancel`."""
-        settings = settings._replace(has_mask=self.region is not None)
+        settings = settings._replace(has_mask=bool(self.region))
         settings.arguments()  # what cannot be read is said at once
 
         def tell(kind: str, content: Any) -> None:
+            if kind == PROGRESS:
+                self.progress = content
             if kind == ANSWER:
                 self.files = content.pop("pictures") | {
                     "repeat.sh": "\n".join([*settings.shell_lines(self.name), ""]).encode(),
@@ -82,6 +118,8 @@ class Session:
             listener(kind, content)
 
         work = self.photographs.call("measure", self.data, self.name, settings, self.region, listener=tell)
+        self.answer, self.files = {}, {}
+        self.began, self.progress = time.monotonic(), (0, 4)
         self.running = asyncio.get_running_loop().create_task(work)
         try:
             drawn_files = await self.running
@@ -96,7 +134,8 @@ class Session:
 
     def file(self, name: str) -> bytes | None:
         """A file of an answer or a picture of the photograph."""
-        holders = self.files, self.table_files, self.about.get("pictures", {})
+        reticle = {"reticle.jpg": self.reticle.picture} if self.reticle.picture else {}
+        holders = self.files, self.table_files, self.about.get("pictures", {}), reticle
         return next((files[name] for files in holders if name in files), None)
 
     def _show(self, about: dict[str, Any]) -> None:
@@ -110,10 +149,11 @@ class Sessions:
         self._photographs = photographs
         self._by_token: dict[str, Session] = {}
 
-    def open(self) -> Session:
-        """A new one, which knows nothing of the others."""
-        session = Session(self._photographs)
+    def open(self, token: str = "") -> Session:
+        """The one with this token where it is open still; else a new one, which knows nothing of the others."""
+        session = self._by_token.get(token) or Session(self._photographs)
         self._by_token[session.token] = session
+        session.holders += 1
         return session
 
     def get(self, token: str) -> Session | None:
@@ -121,9 +161,13 @@ class Sessions:
         return self._by_token.get(token)
 
     def close(self, token: str) -> None:
-        """Forget one and all that it holds."""
-        session = self._by_token.pop(token, None)
-        if session is not None:
+        """Forget one and all that it holds when no page shows it any more."""
+        session = self._by_token.get(token)
+        if session is None:
+            return
+        session.holders -= 1
+        if session.holders < 1:
+            del self._by_token[token]
             session.cancel()
 
     def __len__(self) -> int:

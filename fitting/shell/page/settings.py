@@ -12,19 +12,24 @@ from fitting.shell.manifest import options_with
 # Files that the repeating commands read, beside the photograph.
 MASK, SCALE = "mask.png", "scale.json"
 # What may be typed; options that name files of the server's machine are none of it.
-_TYPED = ("wavelength", "wavelength_sd", "pixel_size", "pixel_size_sd", "radius", "radius_sd", "view", *PART_OPTIONS)
+_TYPED = (
+    *("wavelength", "wavelength_sd", "pixel_size", "pixel_size_sd", "radius", "radius_sd", "view"),
+    *("prior", "fix", "start"),
+    *PART_OPTIONS,
+)
 
 
 class Settings(NamedTuple):
     """Texts by the names of the shell's options, with their units; a mask was drawn; a scale is taken from a result.
 
-    Of a part of the model the text is "yes" or "no"; without one the image decides.
+    Of a part of the model the text is "yes" or "no"; without one the image decides. `before`: the command that measures
+    the scale.
     """
 
     texts: Mapping[str, str] = {}
     has_mask: bool = False
     scale: Mapping[str, Any] | None = None
-    points: tuple[str, ...] = ()
+    before: tuple[str, ...] = ()
 
     def arguments(self) -> dict[str, Any]:
         """Keyword arguments of `fitting.fit`, without mask and scale. Raises ValueError for texts that are none."""
@@ -47,7 +52,7 @@ class Settings(NamedTuple):
                 words += [f"--{flag}", text]
         words += ["--mask", MASK] if self.has_mask else []
         words += ["--scale-from", SCALE] if self.scale is not None else []
-        return [shlex.join(self.points), shlex.join(words)] if self.points else [shlex.join(words)]
+        return [shlex.join(self.before), shlex.join(words)] if self.before else [shlex.join(words)]
 
     def python_lines(self, photo: str) -> list[str]:
         """Lines of Python that do the same."""

@@ -10,6 +10,12 @@ from fitting.shell.page.worker import Worker, WorkError
 _EXAMPLE = "order\tdiameter_mm\n5\t3.43\n10\t4.86\n15\t5.95\n20\t6.87\n25\t7.68\n30\t8.41"
 _HINT = "one line a ring; the first line names the columns: order, diameter_mm (or radius_mm, diameter_px)"
 _FILES = {"rings.json": "All numbers (JSON)", "rings.txt": "Report (text)", "rings.png": "Picture (PNG)"}
+# Fields by the names of `fitting.rings`: what they are, a hint, and words that are completed.
+_FIELDS = {
+    "wavelength": ("Lamp or wavelength of the table", "sodium or 632.8nm", lamps.NAMES[lamps.wavelength]),
+    "wavelength_sd": ("Uncertainty of the wavelength", "as in 0.1nm"),
+    "pixel_size": ("Pixel size of the table", "only for columns in pixels, as in 12.75um"),
+}
 
 
 class TableTab:
@@ -23,11 +29,8 @@ class TableTab:
         with parts.section("A table of rings"):
             self._table = ui.textarea("Table").props(f'outlined rows=10 hint="{_HINT}"').classes("w-full")
             with parts.row():
-                words = lamps.NAMES[lamps.wavelength]
                 self._fields = {
-                    "wavelength": parts.field("Lamp or wavelength of the table", "sodium or 632.8nm", words=words),
-                    "wavelength_sd": parts.field("Uncertainty of the wavelength", "as in 0.1nm"),
-                    "pixel_size": parts.field("Pixel size of the table", "only for columns in pixels, as in 12.75um"),
+                    name: parts.field(self._session.form, f"table-{name}", *texts) for name, texts in _FIELDS.items()
                 }
             with parts.row():
                 ui.button("Compute the radius", on_click=self._measure).props("no-caps")

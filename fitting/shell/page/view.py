@@ -13,9 +13,9 @@ from fitting.shell.page.worker import Worker
 _BLUE = "#1a4f9c"
 
 
-def show(sessions: Sessions, photographs: Worker, bench: Worker) -> None:
-    """Build the page for one tab of a browser, which is forgotten when it closes."""
-    session = sessions.open()
+def show(sessions: Sessions, photographs: Worker, bench: Worker, token: str) -> None:
+    """Build the page for one tab of a browser, which is forgotten when it closes; by its token, the same again."""
+    session = sessions.open(token)
     ui.context.client.on_delete(lambda: sessions.close(session.token))
     ui.colors(primary=_BLUE)
     ui.add_css(parts.resource("page.css"))
