@@ -1,6 +1,5 @@
 """The verb `fit`, and stacks: choose, judge, report."""
 
-from fitting.photograph.expected import EXPECTED as EXPECTED
 from fitting.photograph.expected import expected_rings as expected_rings
 from fitting.photograph.frame_fit import FrameFit as FrameFit
 from fitting.photograph.measure import fit as fit

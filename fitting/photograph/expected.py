@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from fitting.model import Frame, GapModel, gap_phase
-from fitting.parameters import NUMBERS, Numbers
+from fitting.parameters import Numbers
 
 # Points of the grid along the longer side, on which rings are looked for; rings that are finer are left out.
 _POINTS = 300
@@ -13,8 +13,6 @@ _POINTS = 300
 _RINGS = 40
 # A ring is to be at least so many points of the grid away from the next one.
 _APART = 4.0
-# Numbers of a fit that parts have, by which rings are moved and bent.
-EXPECTED = NUMBERS[4:]
 
 
 def expected_rings(
@@ -29,7 +27,7 @@ def expected_rings(
     """Lines (x, y) [px] of the dark rings of a sphere in a photograph of this shape [rows, columns].
 
     They are contours of the gap formula's phase (`GapModel`), without what a microscope adds. `gap_turns`: 2 n gap / λ;
-    `numbers`: of parts of the model, by the names that a fit's vector has (`EXPECTED`). Rings that lie closer than four
+    `numbers`: of parts of the model, by the names that a fit's vector has. Rings that lie closer than four
     points of a grid of 300 to a side are left out, and so are all but the first forty.
     """
     from skimage.measure import find_contours
