@@ -42,6 +42,25 @@ def test_radii_of_dark_rings_are_those_of_the_exact_sphere(view):
     assert [ring["radius_m"] for ring in rings[1:]] == pytest.approx(exact[1:], rel=1e-4)
 
 
+def test_a_second_radius_makes_rings_wider_along_it():
+    image = draw(across=1.5).astype(float)
+    across, down = image[256, 256:], image[256:, 256]
+    first_bright = np.argmax(across[:120]), np.argmax(down[:120])
+    # Rings grow as the square root of the radius.
+    assert first_bright[1] / first_bright[0] == pytest.approx(np.sqrt(1.5), rel=0.1)
+
+
+def test_a_curved_plate_makes_rings_narrower():
+    # Curvatures add: of 1 and 1 per metre the rings are those of half a metre.
+    assert draw(plate=1.0) == pytest.approx(draw(radius=0.5), abs=3)
+
+
+def test_every_way_to_the_picture_is_compared():
+    table = bench_tasks.compare(Path(), print, {})
+    assert "ClosedForm" in table
+    assert "the reference" in table
+
+
 @pytest.mark.parametrize(
     ("values", "words"),
     [
@@ -51,6 +70,7 @@ def test_radii_of_dark_rings_are_those_of_the_exact_sphere(view):
         ({"screen": 1.0}, "no slider"),
         ({"view": "sideways"}, "allowed views"),
         ({"light": "/etc/lamp.csv"}, "lights: sodium"),
+        ({"across": 1.5, "conic": 1.0}, "set one of these two sliders back"),
     ],
 )
 def test_what_no_slider_gives_is_refused(values, words):

@@ -124,6 +124,8 @@ def _bench(values: Mapping[str, Any]) -> tuple[Any, Any]:
     if view not in VIEWS or light not in LIGHTS:
         raise ValueError(f"allowed views: {', '.join(VIEWS)}; lights: {', '.join(filter(None, LIGHTS))}")
     across, axis, conic, plate = map(numbers.pop, ("across", "axis", "conic", "plate"))
+    if across != 1.0 and conic:
+        raise ValueError("a lens with two radii has no conic constant; set one of these two sliders back to a sphere")
     numbers |= _faces(conic, plate)
     numbers |= {"radius_across": across * numbers["radius"], "axis": axis} if across != 1.0 else {}
     camera = nj.Camera((SIDE, SIDE), pixel_size=numbers.pop("pixel_size"))
