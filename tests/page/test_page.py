@@ -2,7 +2,6 @@
 
 import socket
 import struct
-import time
 import tomllib
 import zlib
 from importlib.resources import files
@@ -155,14 +154,12 @@ def tiff_of(side: int) -> bytes:
     ],
 )
 def test_what_is_no_photograph_is_refused_in_one_line(page, client, session, name, data):
-    began = time.monotonic()
     answer = sent(page, client, session, data, name)
     assert answer.status_code == 422
     message = answer.json()["message"]
     assert name in message
     assert "\n" not in message
     assert str(page.page.photographs._files) not in message
-    assert time.monotonic() - began < 10
     assert not session.data
 
 
