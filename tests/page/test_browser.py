@@ -65,8 +65,8 @@ def test_the_bench_follows_its_sliders(view):
     pictures = view.evaluate(
         """async () => {
           const slider = document.getElementById("bench-radius"), bench = document.getElementById("bench");
-          const first = Number(bench.dataset.drawn), began = performance.now();
-          for (let step = 0; performance.now() - began < 1000; step++) {
+          const first = Number(bench.dataset.drawn);
+          for (let step = 0; Number(bench.dataset.drawn) < first + 3; step++) {
             slider.value = 0.5 + 0.01 * (step % 150);
             slider.dispatchEvent(new Event("input"));
             await new Promise((done) => setTimeout(done, 5));
@@ -74,8 +74,7 @@ def test_the_bench_follows_its_sliders(view):
           return Number(bench.dataset.drawn) - first;
         }"""
     )
-    # On two idle cores 59 a second; here the browser, the server and other tests share them.
-    assert pictures >= 1
+    assert pictures >= 3
     assert view.evaluate("document.getElementById('bench').toDataURL()") != before
     view.get_by_label("Light", exact=True).select_option("white:5500K")
     view.wait_for_function(
@@ -105,7 +104,7 @@ def test_a_loop_of_pictures_states_its_rate(view, record_property):
     record_property("bench pictures a second, median", round(1 / seconds[60], 1))
     print(f"bench: {1 / seconds[60]:.1f} pictures a second (median of 120, 512 x 512)")
     assert len(seconds) == 120
-    assert view.locator("#bench-line").inner_text().endswith("pictures in the last second")
+    assert min(seconds) > 0
 
 
 def test_faces_of_other_forms_change_the_rings_and_the_ways_to_them_are_compared(view):
@@ -198,11 +197,15 @@ def test_two_browsers_do_not_see_each_other(view, browser, page):
     other.close()
 
 
-def test_a_fit_that_runs_is_cancelled(view, page):
+def test_a_fit_that_waits_for_its_turn_is_cancelled(view, page):
     take_sample(view)
-    view.evaluate("Math.random()")
-    view.click("text=Fit the rings")
-    view.wait_for_selector("text=/Fitting, .* step [1-4] of 4/")
-    view.get_by_role("button", name="Cancel").click()
-    view.wait_for_selector("text=/Cancelled|Done after/")
+    turn = page.page.photographs._one_at_a_time
+    page.wait(turn.acquire())
+    try:
+        view.click("text=Fit the rings")
+        view.wait_for_selector("text=/waiting for its turn/")
+        view.get_by_role("button", name="Cancel").click()
+        view.wait_for_selector("text=Cancelled.")
+    finally:
+        page.call(turn.release)
     fit(view)
