@@ -140,6 +140,7 @@ class Reason(Wording):
         "apart, whose mean curvature is of a radius {share:.2%} smaller; a stated view angle decides"
     )
     RIVAL_ANOTHER_LAW = "no camera distorts by {value:+.0%} at half a diagonal: rings of another law than a sphere's"
+    RIVAL_RING_LAW = "rings in r to power {power:.2f}, not 2: that law is {missed:.3f} turns off, spheres {own:.3f}"
     RIVAL_PRIOR_TENSION = (
         "{name} is {value:.2g}, {ratio:.1f} prior sd from {centre:g} ± {sd:.2g}: {share:.2%} of the scale; cut "
         "(axis_px, --axis)? A picture of a grid (--scale-from), the lens turned, or a prior of your own would tell"

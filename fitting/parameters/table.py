@@ -94,9 +94,9 @@ _SPECS = (
     # Of the distortion, from the image's middle, in half diagonals.
     ParameterSpec("axis_x", "x", bounds=(-1.0, 1.0), in_fit=True),
     ParameterSpec("axis_y", "y", bounds=(-1.0, 1.0), in_fit=True),
-    # Turns at the rim of the field.
+    # Turns at the rim of the field, which for rings off the middle is up to 1.6 half diagonals from their centre.
     *(
-        ParameterSpec(f"{term}_{along}", "c", bounds=(-1.0, 1.0), in_fit=True)
+        ParameterSpec(f"{term}_{along}", "c", bounds=(-5.0, 5.0), in_fit=True)
         for term in ("coma", "trefoil", "astigmatism", "tetrafoil")
         for along in "xy"
     ),

@@ -1,13 +1,13 @@
-"""Rivals in what the model says of lens and camera: another form, two radii for a view, priors that do not hold."""
-
-from typing import NamedTuple
+"""Rivals in what the model says of lens and camera: another form or law, two radii for a view, untrue priors."""
 
 import numpy as np
-from jaxtyping import Float
+from scipy import optimize
 
-from fitting.estimate import Fitted, bends
-from fitting.model import PRIORS, STRETCHES
+from fitting.estimate import Fitted
+from fitting.model import PRIORS, RADIAL, SEARCHED, STRETCHES, numbers_of
 from fitting.parameters import NUMBERS, Numbers, slots_of
+from fitting.photograph.choice import form_terms
+from fitting.photograph.phase_map import phase_map
 from fitting.photograph.remainder import Remainder
 from fitting.photograph.rival import AbstractRival, Finding
 from fitting.reasons import Reason
@@ -15,12 +15,8 @@ from fitting.reasons import Reason
 # Chi-squared that the terms of a form take, per term, in variances with what neighbours share: of pictures on the model
 # one in a hundred exceeds it.
 _LIMIT = 4.0
-# Standard deviations that the terms' prior may have [turns at the rim], from the data.
-_SMALLEST, _LARGEST, _ROUNDS = 1e-3, 0.5, 8
 # A phase that terms change by more than this [turns] is not linear in them.
 _LINEAR = 1.0
-# Terms of which less than this is left beside the model's own numbers are these numbers.
-_ALIKE = 1e-6
 _CURVATURE = NUMBERS.index("curvature")
 
 # The row of the budget.
@@ -37,18 +33,11 @@ _PULLED = 1e-4
 # of rings in r⁴ that were answered 0.88.
 _MOST_DISTORTED = 0.6
 
-
-class Terms(NamedTuple):
-    """Terms of a form beside the fit: its values [turns at the rim], and what they do.
-
-    - `chi2`: what each takes of chi-squared in the mean, in variances.
-    - `shift`: relative change of the fringe scale with them; `shift_sd`: what they leave uncertain of it.
-    """
-
-    values: Float[np.ndarray, " terms"]
-    chi2: float
-    shift: float
-    shift_sd: float
+# Powers that a search starts from, its evaluations, and places to a side where the phase is taken.
+_STARTS, _STEPS, _PLACES = (1.5, 3.0, 4.5), 40, 20
+# A power that is nearer to a sphere's is one.
+_SPHERE, _ANOTHER = 2.0, 0.2
+_TINY = 1e-6
 
 
 class Form(AbstractRival):
@@ -63,7 +52,7 @@ class Form(AbstractRival):
 
     def finding(self, remainder: Remainder) -> Finding | None:
         """What the terms take of chi-squared, and move of the scale."""
-        terms = form_terms(remainder)
+        terms = form_terms(remainder.fit, remainder.nodes, remainder.noise)
         if terms is None or terms.chi2 < _LIMIT:
             return None
         largest = float(np.abs(terms.values).max())
@@ -76,51 +65,6 @@ class Form(AbstractRival):
         return Finding(
             self.name, terms.chi2, _LIMIT, "budget", Reason.RIVAL_FORM(size=largest, shift=shift), abs(shift)
         )
-
-
-def form_terms(remainder: Remainder) -> Terms | None:
-    """The terms of a form that a fit leaves over; None where the model has them all."""
-    fit = remainder.fit
-    crossed, among, gradient = bends(fit.solution, _phases(remainder))
-    matrix, white = fit.matrix, fit.chi2 / max(fit.weight, 1.0)
-    if not white > 0:
-        return None
-    share = matrix.inverse @ crossed[matrix.active]
-    remaining = among - crossed[matrix.active].T @ share
-    slope = gradient - share.T @ matrix.gradient[matrix.active]
-    free = np.diag(remaining) > _ALIKE * np.diag(among)
-    if not free.any():
-        return None
-    # What neighbours share is mostly the form itself: it decides whether there is one, and does not pull it to zero.
-    information, slope = remaining[np.ix_(free, free)] / white, slope[free] / white
-    values, covariance = _shrunk(information, slope)
-    chi2 = float(slope @ np.linalg.solve(information + np.eye(len(slope)) / _LARGEST**2, slope)) / fit.correlation
-    of_scale = np.zeros((len(matrix.values), len(slope)))
-    of_scale[matrix.active] = -share[:, free]
-    by_terms = of_scale[_CURVATURE] / remainder.first
-    uncertain = float(by_terms @ covariance @ by_terms)
-    return Terms(values, chi2 / len(values), float(by_terms @ values), float(np.sqrt(max(uncertain, 0.0))))
-
-
-def _phases(remainder: Remainder) -> np.ndarray:
-    """The terms at the grid's nodes, each at most one turn at the rim [nodes, terms]."""
-    x, y = remainder.nodes
-    z = x + 1j * y
-    z = z / np.abs(z).max()
-    r2 = np.abs(z) ** 2
-    waves = (z * r2, z**3, z**2 * r2, z**4)
-    return np.stack([np.sqrt(r2 + 1e-4), r2 * r2, *(part for wave in waves for part in (wave.real, wave.imag))], axis=1)
-
-
-def _shrunk(information: np.ndarray, slope: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Values and covariance under a normal prior about 0, as wide as the values themselves say (MacKay 1992)."""
-    variance, values, posterior = _LARGEST**2, np.zeros(len(slope)), np.eye(len(slope))
-    for _ in range(_ROUNDS):
-        posterior = np.linalg.inv(information + np.eye(len(slope)) / variance)
-        values = posterior @ slope
-        effective = len(slope) - float(np.trace(posterior)) / variance
-        variance = float(np.clip(values @ values / max(effective, 1e-3), _SMALLEST**2, _LARGEST**2))
-    return values, posterior
 
 
 class ViewOrForm(AbstractRival):
@@ -202,3 +146,57 @@ def _pull(fit: Fitted, names: list[str]) -> float:
     step = np.zeros(len(matrix.values))
     step[active] = np.linalg.lstsq(block, change[active], rcond=1e-13)[0]
     return abs(float(step[_CURVATURE]))
+
+
+class RingLaw(AbstractRival):
+    """Rings in r^p, which a disc of contact or a distortion imitates.
+
+    The phase of the fringes from place to place tells them apart: five numbers (power, scale, centre, phase) miss it by
+    less than the fit with all its parts does, where the rings are of that law. Of photographs of rings the power misses
+    it by 1.6 times as much and more.
+    """
+
+    name = "law"
+
+    def finding(self, remainder: Remainder) -> Finding | None:
+        """Whether a power explains the phase better than the fit."""
+        fit = remainder.fit
+        bending = {*numbers_of(SEARCHED), *RADIAL}
+        if not any(name in bending for name in fit.solution.problem.free) or fit.solution.problem.phase.exact is None:
+            return None
+        x, y, ahead, strength = phase_map(fit.reduced, fit.phase, _PLACES)
+        good = strength > 0
+        if np.count_nonzero(good) < 2 * _PLACES:
+            return None
+        root = np.sqrt(strength[good] / strength[good].mean())
+        turns = (fit.solution.problem.phase.slopes_at(x, y, fit.numbers)[0] + ahead)[good]
+        frame, numbers = fit.model.frame, Numbers(*fit.numbers)
+        place = [(at[good] - middle) / frame.unit for at, middle in zip((x, y), frame.middle, strict=True)]
+        power, missed = _nearest_power(place, turns, root, (float(numbers.centre_x), float(numbers.centre_y)))
+        own = float(np.sqrt(np.mean((root * ahead[good]) ** 2)))
+        if missed >= own or abs(power - _SPHERE) < _ANOTHER:
+            return None
+        words = Reason.RIVAL_RING_LAW(power=power, missed=missed, own=own)
+        return Finding(self.name, own / missed, 1.0, "refusal", words)
+
+
+def _nearest_power(
+    place: list[np.ndarray], turns: np.ndarray, root: np.ndarray, centre: tuple[float, float]
+) -> tuple[float, float]:
+    """The power p of a + b |x - c|^p that is nearest to a phase [turns], and the root mean square by which it misses.
+
+    `root`: of the weights, whose mean is 1.
+    """
+
+    def columns(at: np.ndarray) -> np.ndarray:
+        r2 = (place[0] - at[0]) ** 2 + (place[1] - at[1]) ** 2 + _TINY
+        return np.stack([root, root * r2 ** (at[2] / 2)], axis=1)
+
+    def misses(at: np.ndarray) -> np.ndarray:
+        # Phase and scale are linear, and so found at once (Golub and Pereyra 1973).
+        design = columns(at)
+        return design @ np.linalg.lstsq(design, root * turns, rcond=None)[0] - root * turns
+
+    fits = [optimize.least_squares(misses, (*centre, power), max_nfev=_STEPS) for power in _STARTS]
+    best = min(fits, key=lambda fit: fit.cost)
+    return float(best.x[2]), float(np.sqrt(2 * best.cost / len(turns)))

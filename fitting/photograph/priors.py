@@ -16,6 +16,9 @@ from newtonjax.numerics import shown
 # Where the axis of a picture may lie that has been cut, in half diagonals from its middle.
 CUT = 0.25
 _OF_A_CUT = "the picture has no camera's shape and may have been cut"
+# Of each term of a lens that is far from a sphere, at the rim [turns].
+ANY_FORM = 0.5
+_NO_SPHERE = "the residual is a form's, which 0.02 of a fringe does not hold"
 # The part of each number that has a prior.
 _PART_OF = {name: part for part in PARTS for name in PARTS[part].priors}
 
@@ -68,6 +71,11 @@ class Priors:
         """The same for a picture that has been cut out of a larger one."""
         anywhere = StatedPrior(0.0, CUT, "default", _OF_A_CUT)
         return replace(self, stated={**dict.fromkeys(AXIS, anywhere), **self.stated})
+
+    def of_any_form(self) -> "Priors":
+        """The same for a lens that may have any form."""
+        any_form = StatedPrior(0.0, ANY_FORM, "default", _NO_SPHERE)
+        return replace(self, stated={**dict.fromkeys(PARTS["lens_form"].parameters, any_form), **self.stated})
 
     def of(self, parts: Iterable[str], numbers: np.ndarray, variance: float) -> Prior:
         """For a fit with parts; the phase of contact is meant up to whole turns: the nearest to the numbers' own.

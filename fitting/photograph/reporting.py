@@ -15,7 +15,7 @@ from fitting.photograph.choice import Choice
 from fitting.photograph.evidence import Evidence
 from fitting.photograph.fringe_rivals import Astray, SecondSystem, Waveform
 from fitting.photograph.image_rows import image_rows
-from fitting.photograph.model_rivals import VIEW_OR_FORM, Form, PriorTension, ViewOrForm
+from fitting.photograph.model_rivals import VIEW_OR_FORM, Form, PriorTension, RingLaw, ViewOrForm
 from fitting.photograph.numbers import measured
 from fitting.photograph.picture import Picture
 from fitting.photograph.remainder import Remainder
@@ -29,7 +29,15 @@ from fitting.reasons import Reason
 # Fringes finer than this [cycles per pixel] are near the camera's limit of a half.
 _NYQUIST = 0.42
 # What else may have made the rings, in the order in which it is asked; the first refusal is the answer.
-RIVALS: tuple[AbstractRival, ...] = (Astray(), Waveform(), SecondSystem(), Form(), ViewOrForm(), PriorTension())
+RIVALS: tuple[AbstractRival, ...] = (
+    Astray(),
+    Waveform(),
+    SecondSystem(),
+    RingLaw(),
+    Form(),
+    ViewOrForm(),
+    PriorTension(),
+)
 # What leaves less of the variance over was no photograph, and holds rounding.
 _ROUNDED = 1e-8
 
