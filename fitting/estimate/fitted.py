@@ -128,7 +128,7 @@ def robust_fit(
     are_many = fringe_count(reduced, phase) >= FEW
     moments = sums(reduced, phase, edges) if is_near and are_many else None
     settled = None if moments is None else near_fit(problem, starts[0], reduced, moments)
-    solution, left, scale = settled or robust_from(problem, reduced, starts)
+    solution, left, scale = settled or robust_from(problem, reduced, starts, is_near)
     return Fitted(model, reduced, solution, left, scale, fixed, parts, normal_matrix(solution))
 
 

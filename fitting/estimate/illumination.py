@@ -23,22 +23,25 @@ _LOOSE = 1e-2
 
 
 def robust_from(
-    problem: Problem, reduced: Reduced, starts: list[np.ndarray]
+    problem: Problem, reduced: Reduced, starts: list[np.ndarray], is_near: bool = False
 ) -> tuple[Solution, Residuals, float | None]:
-    """The robust fit from starts that may be far: its outliers are those of a fit without weights."""
-    solution = _illuminated(problem, reduced, starts)
+    """The robust fit from starts that may be far: its outliers are those of a fit without weights.
+
+    `is_near`: whether they are about the optimum.
+    """
+    solution = _illuminated(problem, reduced, starts, is_near)
     if float(solution.point.modulus.mean()) < 0 and "phase" in solution.problem.free:
         turned = np.array(Numbers(*solution.numbers)._replace(phase=solution["phase"] + 0.5))
-        solution = _illuminated(problem, reduced, [turned])
+        solution = _illuminated(problem, reduced, [turned], is_near)
     left, scale = robust.residuals_of(solution, reduced, None), None
     spread = robust.spread_of(left.value, reduced)
     if not robust.is_clean(left, reduced, spread):
         weighted = replace(reduced, weights=robust.tukey(left.value, reduced, spread))
-        start = _illuminated(problem, weighted, [solution.numbers])
+        start = _illuminated(problem, weighted, [solution.numbers], is_near)
         settled = robust.settle(start.problem, reduced, start, spread)
         # What a bad first fit took for outliers may be none.
         if robust.is_clean(settled.left, reduced, settled.scale):
-            solution = _illuminated(problem, reduced, [settled.solution.numbers])
+            solution = _illuminated(problem, reduced, [settled.solution.numbers], is_near)
         else:
             solution, left, scale = settled
     if scale is None:
@@ -66,13 +69,13 @@ def near_fit(problem: Problem, numbers: np.ndarray, reduced: Reduced, moments: S
     return settled
 
 
-def _illuminated(problem: Problem, reduced: Reduced, starts: list[np.ndarray]) -> Solution:
+def _illuminated(problem: Problem, reduced: Reduced, starts: list[np.ndarray], is_near: bool = False) -> Solution:
     """The optimum with the illumination that the image calls for.
 
     Many fringes tell it at once: the degrees are chosen on the optimum of full degree. A few are imitated by a
     background of high degree, and that optimum may be a false one: then every shape up to the second degree is fitted,
-    from every start and from the others' optima, and the least Bayesian information criterion of the fits themselves
-    decides; higher degrees then may join next to that optimum.
+    from every start and, unless these are near, from the others' optima, and the least Bayesian information criterion
+    of the fits themselves decides; higher degrees then may join next to that optimum.
     """
     phase = problem.phase.fields(starts[0]).phase
     if fringe_count(reduced, phase) >= FEW:
@@ -87,7 +90,7 @@ def _illuminated(problem: Problem, reduced: Reduced, starts: list[np.ndarray]) -
         spent = sum(normal_matrix(solution).active)
         return chi2 + float(spent) * np.log(pixels) if np.isfinite(chi2) else np.inf
 
-    for best in sorted(tried, key=criterion)[:2]:
+    for best in () if is_near else sorted(tried, key=criterion)[:2]:
         tried += [converge(one, reduced, best.numbers) for one in shapes]
     best = min(tried, key=criterion)
     # Light of a high degree may take the fringes' place, and leave their numbers to run away.

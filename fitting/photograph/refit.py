@@ -29,9 +29,14 @@ def with_trial(trials: Trials, best: Trial, part_words: dict[str, str]) -> Fitte
 
 
 def with_parts(
-    plain: Fitted, parts: tuple[str, ...], numbers: np.ndarray, priors: Priors, variance: float | None = None
+    plain: Fitted,
+    parts: tuple[str, ...],
+    numbers: np.ndarray,
+    priors: Priors,
+    variance: float | None = None,
+    is_near: bool = True,
 ) -> Fitted:
     """The robust fit with parts; `variance`: of the light per unit weight, that of the plain fit unless given."""
     variance = variance_of(plain)[0] if variance is None else variance
     prior = priors.of(parts, numbers, variance)
-    return robust_fit(plain.model, plain.reduced, [numbers], plain.fixed, parts, prior, is_near=True)
+    return robust_fit(plain.model, plain.reduced, [numbers], plain.fixed, parts, prior, is_near)

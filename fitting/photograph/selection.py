@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.estimate import FEW, Fitted
+from fitting.estimate import FEW, Fitted, tukey
 from fitting.model import PARTS, SEARCHED, WARPS
 from fitting.photo import Photograph
 from fitting.photograph.averaging import Parts, sets_of, step_to_parts
@@ -59,11 +59,9 @@ def with_needed_parts(
     A bench has parts of its own: then they are tried only where the rings are not found without them. What a grid says
     of the camera is there for certain. `before` as in `complete`.
     """
-    photograph, wishes = task.photograph, task.wishes
-    are_few = refusal is not None and plain.orders < FEW and not any(wishes.values())
-    if are_few or (task.scene is not None and refusal is None):
-        return _without_parts(plain, photograph, priors)
-    return complete(plain, photograph, wishes, priors, before)
+    if task.scene is not None and refusal is None:
+        return _without_parts(plain, task.photograph, priors)
+    return complete(plain, task.photograph, task.wishes, priors, before)
 
 
 def complete(
@@ -71,16 +69,16 @@ def complete(
 ) -> Complete:
     """The fit with all parts that are wished, or not excluded.
 
-    `plain`: a fit without parts; `before`: the same on the same photograph with another curve. A few fringes have
-    warps only where these are wished: they would imitate whatever so few leave over.
+    `plain`: a fit without parts; `before`: the same on the same photograph with another curve.
     """
     wishes = {part: wish for part, wish in wishes.items() if part in plain.model.parts}
     if 1 - plain.explained < _NOTHING and not any(wishes.values()):
         part_words = dict.fromkeys((*WARPS, *SEARCHED), "not tried: the residual is at rounding level")
         return _without_parts(plain, photograph, priors)._replace(part_words=part_words)
-    are_many = plain.orders >= FEW
-    warps = tuple(part for part in WARPS if part in plain.model.parts and wishes.get(part, are_many))
-    wishes |= {part: False for part in WARPS if part not in warps}
+    warps = tuple(part for part in WARPS if part in plain.model.parts and wishes.get(part, True))
+    are_few = plain.orders < FEW
+    if are_few and warps:
+        plain = _bent_or_lit(plain, with_parts(plain, warps, plain.numbers, priors, is_near=False))
     searched = [part for part in SEARCHED if is_open(part, wishes, plain, photograph)]
     if before is None:
         part_words = screened(plain, wishes)
@@ -90,7 +88,7 @@ def complete(
         part_words = {part: before.part_words[part] for part in absent if part in before.part_words}
     searched = [part for part in searched if part not in part_words]
     sets = sets_of(warps, [part for part in warps if wishes.get(part)])
-    step = step_to_parts(plain, priors, sets)
+    step = np.zeros_like(plain.numbers) if are_few else step_to_parts(plain, priors, sets)
     reach = float(np.abs(plain.solution.fields.slopes @ step).max()) if plain.converged else np.inf
     if not searched and reach < _NEAR:
         fit = plain if reach < _LINEAR else with_parts(plain, warps, plain.numbers + step, priors)
@@ -110,6 +108,23 @@ def complete(
     part_words |= of_searches | _unfitted(wishes, best)
     fit = Complete(with_trial(trials, best, part_words), sets, priors, part_words, photograph)
     return fit if runner_up is None else _with_runner_up(fit, trials, runner_up)
+
+
+def _bent_or_lit(plain: Fitted, bent: Fitted) -> Fitted:
+    """Of few fringes, the fit with all warps where Schwarz's criterion calls for these however the light is counted.
+
+    Warps take the place of uneven light, and light of a high degree that of warps: the warps' numbers have to pay for
+    themselves both with the numbers of the light behind each fit and without. Either fit has the slopes of all parts
+    that the mean over their sets is made of.
+    """
+    if not bent.converged or not plain.converged:
+        return bent if bent.converged else plain
+    weights = np.max([tukey(fit.left.value, fit.reduced) for fit in (plain, bent)], axis=0)
+    misfits = [float((weights * fit.left.value**2).sum(dtype=float)) for fit in (plain, bent)]
+    drop = (misfits[0] - misfits[1]) / max(misfits[1] / float(weights.sum(dtype=float)), 1e-300)
+    warps = np.count_nonzero(bent.solution.problem.moving & ~plain.solution.problem.moving)
+    spent = [np.count_nonzero(fit.matrix.active) for fit in (plain, bent)]
+    return bent if drop > max(warps, spent[1] - spent[0]) * np.log(plain.reduced.pixels) else plain
 
 
 def _with_runner_up(complete: Complete, trials: Trials, runner_up: RunnerUp) -> Complete:

@@ -5,8 +5,9 @@ import pytest
 from rings_data import WAVELENGTH, coordinates
 
 import fitting
+from experiments.truth.defects import DRAWN, draw_case, photograph
 from experiments.truth.defects import WAVELENGTH as LINE
-from experiments.truth.defects import draw_case, photograph
+from experiments.truth.few_fringe_pictures import picture
 
 SHAPE = (180, 240)
 
@@ -85,10 +86,19 @@ def test_the_light_behind_a_few_fringes_is_in_the_budget(orders):
     assert abs(error) < 3 * result.fringe_scale_sd / scale < 0.15
 
 
-def test_a_few_fringes_in_light_of_no_simple_form_are_refused_with_a_way_out():
-    result = fitting.fit(fading(2.4, 0.01)[0], wavelength=WAVELENGTH)
+def test_a_few_fringes_in_light_of_no_simple_form_are_answered_as_widely_as_it_leaves_them():
+    """What light of no polynomial's form leaves over passes for a form of the lens: 0.8 % off at 1.6 %."""
+    image, scale = fading(2.4, 0.01)
+    result = fitting.fit(image, wavelength=WAVELENGTH)
+    error = result.fringe_scale_per_px2 / scale - 1
+    assert abs(error) < 2 * result.fringe_scale_sd / scale < 0.05
+
+
+def test_a_few_fringes_in_very_uneven_light_are_refused_with_a_way_out():
+    """Codes of a power that the fit is not told, 2.1 fringes."""
+    result = fitting.fit(picture("wrong exponent", 4).image, wavelength=WAVELENGTH)
     assert result.status == "refused"
-    assert all(words in result.message for words in ("2.4 fringes", "4 are needed", "more rings", "start"))
+    assert all(words in result.message for words in ("2.1 fringes", "4 are needed", "more rings", "start"))
 
 
 @pytest.mark.parametrize("seed", [17, 54])
@@ -100,3 +110,27 @@ def test_noise_that_a_jpeg_made_blocks_of_is_no_structure_beside_few_fringes(see
     low, high = result.radius_interval
     assert low < case.radius < high
     assert result.radius_sd < 0.01 * case.radius
+
+
+# Sets of parts drawn from their priors, three to four fringes of noise 1 to 20 %.
+@pytest.mark.parametrize("seed", [8, 87, 151, 181, 275, 375])
+def test_a_few_fringes_bent_by_camera_view_and_form_are_answered_within_their_interval(seed):
+    """Without parts five of the six were taken for uneven light and refused, the sixth was two deviations off."""
+    case = draw_case(DRAWN, seed, 700)
+    image, pixel_size, _ = photograph(case)
+    result = fitting.fit(image, wavelength=LINE, pixel_size=pixel_size)
+    low, high = result.radius_interval
+    assert low < case.radius < high
+    assert result.radius_sd < 0.02 * case.radius
+
+
+def test_parts_that_a_few_fringes_do_not_tell_are_in_the_budget():
+    """Of clean rings too; a part that is excluded does not count."""
+    image, _ = few(3.0)
+    result = fitting.fit(image, wavelength=WAVELENGTH, pixel_size=5e-6)
+    rows = dict(result.budget)
+    assert {"oblique_view", "distortion", "lens_form"} <= {row for row, size in rows.items() if size > 0}
+    parts = dict.fromkeys(("oblique_view", "distortion", "fifth_order", "lens_form"), False)
+    without = fitting.fit(image, wavelength=WAVELENGTH, pixel_size=5e-6, parts=parts)
+    assert not set(parts) & set(dict(without.budget))
+    assert without.radius_sd < result.radius_sd
