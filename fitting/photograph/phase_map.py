@@ -29,7 +29,9 @@ def followed(fit: Fitted, parts: tuple[str, ...]) -> np.ndarray | None:
     x, y, difference, strength = phase_map(fit.reduced, fit.phase)
     if not np.any(strength) or np.sqrt(np.average(difference**2, weights=strength)) < _ASTRAY:
         return None
-    names = ("curvature", "centre_x", "centre_y", "phase", *numbers_of(parts))
+    # What is given stays as it is.
+    own = [name for name in ("curvature", "centre_x", "centre_y", "phase") if name in fit.solution.problem.free]
+    names = (*own, *numbers_of(parts))
     target, root = gap_phase.phase(model, x, y, numbers) + difference, np.sqrt(strength)
     trial = numbers.copy()
     for _ in range(4):

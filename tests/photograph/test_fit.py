@@ -1,5 +1,7 @@
 """The fit on rendered rings: it finds them, is as sharp as the data allow, says so, and refuses what it must."""
 
+from importlib.resources import as_file, files
+
 import numpy as np
 import pytest
 from rings_data import WAVELENGTH, bound, rings
@@ -129,6 +131,13 @@ def test_held_values_are_held_and_sharpen_the_radius(fitted):
     assert result.centre_px == pytest.approx((130.0, 120.0), abs=1e-12)
     assert result.radius_sd_noise < 0.8 * fitted.radius_sd_noise
     assert abs(result.radius - 0.3) < 4 * result.radius_sd
+
+
+def test_a_centre_that_is_held_beside_the_rings_is_refused_and_not_moved():
+    """The sample's, 23 px off; an answer with the centre at its place was stated as of the given one."""
+    with as_file(files("fitting") / "data" / "sample.png") as sample:
+        result = fitting.fit(sample, fixed={"centre_px": (330.0, 215.0)}, wavelength=WAVELENGTH, pixel_size=8e-6)
+    assert (result.status, result.radius) == ("refused", None)
 
 
 def test_a_start_leads_to_the_same_optimum_as_the_search(fitted):
