@@ -4,18 +4,17 @@ import shutil
 from importlib.resources import files
 
 import pytest
+from serving_page import PATIENCE
 
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 SAMPLE = files("fitting") / "data" / "sample.png"
 SIZES = {"desktop": {"width": 1200, "height": 900}, "phone": {"width": 390, "height": 844}}
 BOTH = pytest.mark.parametrize("view", [("desktop", "light"), ("phone", "dark")], ids="-".join, indirect=True)
-# A machine with ten other jobs may need this long for what takes seconds alone [ms].
-PATIENCE = 300_000
 
 
 def opened(window, page) -> None:
     """The page in a window, ready for its first click."""
-    window.set_default_timeout(PATIENCE)
+    window.set_default_timeout(1000 * PATIENCE)
     window.goto(page.url)
     # The server's answer to the first socket: what is clicked before is lost.
     window.wait_for_function("location.search.startsWith('?session=')")

@@ -12,8 +12,9 @@ def page(tmp_path_factory):
         yield running
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser():
+    """A browser for one module: while its driver runs, this thread has a running loop, and no test can start another."""
     playwright = pytest.importorskip("playwright.sync_api", reason="the extra browser is not installed (make browser)")
     pytest.importorskip("axe_playwright_python", reason="the extra browser is not installed (make browser)")
     if BROWSER is None:

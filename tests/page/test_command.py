@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from serving_page import PATIENCE
 from shell import refusal
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -51,7 +52,7 @@ def test_it_listens_at_this_machine_alone_and_leaves_nothing(tmp_path):
             if Path("/proc/net/tcp").exists():
                 assert listening(process.pid) == {"0100007F"}
             process.send_signal(signal.SIGINT)
-            assert process.wait(20) == 0
+            assert process.wait(PATIENCE) == 0
         finally:
             process.kill()
     assert list(tmp_path.iterdir()) == []

@@ -8,6 +8,7 @@ from importlib.resources import files
 
 import pytest
 from report_sources import noise, picture_bytes
+from serving_page import PATIENCE
 
 from fitting.shell.page.guard import LIMIT
 from fitting.shell.page.pictures import region_mask
@@ -28,7 +29,7 @@ def session(page):
 
 @pytest.fixture
 def client(page):
-    with httpx.Client(base_url=page.url, timeout=60) as connected:
+    with httpx.Client(base_url=page.url, timeout=PATIENCE) as connected:
         yield connected
 
 

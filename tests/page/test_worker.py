@@ -31,6 +31,7 @@ async def started(worker, *arguments) -> asyncio.Task:
     """A measurement whose first step is done."""
     event = asyncio.Event()
     task = asyncio.ensure_future(worker.call("measure", *arguments, listener=lambda *_: event.set()))
+    task.add_done_callback(lambda _: event.set())  # one that failed before has no step to wait for
     await event.wait()
     return task
 
