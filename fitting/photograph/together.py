@@ -53,6 +53,9 @@ def fit_together(
     priors: Any = None,
     axis_px: Any = None,
     axis_px_sd: PerPicture = None,
+    view_angle: PerPicture = None,
+    view_angle_sd: PerPicture = None,
+    channel: PerPicture = None,
     noise: Any = None,
 ) -> Together:
     """One answer from several photographs of rings, with one likelihood and one covariance.
@@ -84,7 +87,7 @@ def fit_together(
     pictures, labels = _checked_pictures(images, names)
     by_picture = [_arguments_of(arguments, place, len(pictures)) for place in range(len(pictures))]
     # Another page, channel or wavelength of a file is another picture.
-    chosen = [[shown(own[name]) for name in ("page", "wavelength", "mask")] for own in by_picture]
+    chosen = [[shown(own[name]) for name in ("page", "channel", "wavelength", "mask")] for own in by_picture]
     check_no_picture_twice(pictures, labels, chosen)
     fits = [fit(image, **own) for image, own in zip(pictures, by_picture, strict=True)]
     numbers = [_logarithms(result) for result in fits]
@@ -129,6 +132,9 @@ def ratio(
     priors: Any = None,
     axis_px: Any = None,
     axis_px_sd: PerPicture = None,
+    view_angle: PerPicture = None,
+    view_angle_sd: PerPicture = None,
+    channel: PerPicture = None,
     noise: Any = None,
 ) -> Together:
     """The radius of the second picture's lens over that of the first, seen by one camera at one scale.

@@ -28,6 +28,10 @@ def run(photos: list[Path], shared: tuple[str, ...], options: FitOptions, output
             raise ValueError("a manifest names a scene; pictures are put together by the gap formula: leave it out")
         if of_one := [name for name in _OF_ONE if getattr(own, name)]:
             raise ValueError(f"--{of_one[0]} is of one photograph; leave it out, or fit each one alone")
+        if own.lamp is not None:
+            raise ValueError(
+                f"{own.lamp} is light of several lines; name one line for each photograph, or fit each one alone"
+            )
     outputs.check(tuple(path for path, _ in pictures))
     names = [path.name for path, _ in pictures]
     with progress(f"fitting {len(names)} photographs"):

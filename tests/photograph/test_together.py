@@ -203,6 +203,29 @@ def test_the_shell_puts_photographs_of_a_manifest_together(tmp_path, capsys):
     assert "give two or more" in capsys.readouterr().err
 
 
+def test_the_shell_puts_photographs_with_an_angle_of_view_together(tmp_path, capsys):
+    for name, orders in (("a", 12.0), ("b", 10.0)):
+        np.save(tmp_path / f"{name}.npy", lens(orders, seed=int(orders))[0])
+    (tmp_path / "list.csv").write_text("photo,view_angle\na.npy,0deg\nb.npy,2deg\n")
+    command = ["together", str(tmp_path / "list.csv"), "--view", "reflected", "--wavelength", "589.3nm", "--json", "-"]
+    assert main([*command, "--view-angle-sd", "1deg", "--no-contact"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert abs(answer["ratio"] - 1.2) < 4 * answer["ratio_sd"]
+
+
+@pytest.mark.parametrize(
+    ("option", "words"), [("--fix=gap=0nm", "--fix is of one"), ("--wavelength=mercury", "mercury is light")]
+)
+def test_the_shell_names_what_is_of_one_photograph(tmp_path, capsys, option, words):
+    files = [tmp_path / "a.npy", tmp_path / "b.npy"]
+    for file in files:
+        np.save(file, np.zeros((8, 8)))
+    assert main(["together", *map(str, files), "--view", "reflected", option]) == 2
+    refusal = capsys.readouterr().err
+    assert words in refusal
+    assert refusal.count("\n") == 1
+
+
 def test_the_sodium_lenses_have_the_ratio_of_their_labels(shared):
     files = [shared / "trials" / "lens_850mm_sodium.jpg", shared / "photos" / "lens_1000mm_sodium.jpg"]
     # What `fitting.scale` says of photos/reticle_0.2mm.jpg.
