@@ -14,7 +14,7 @@ def page(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def browser():
-    """A browser for one module: while its driver runs, this thread has a running loop, and no test can start another."""
+    """A browser for one module: while its driver runs, this thread has a running loop, and can have no other."""
     playwright = pytest.importorskip("playwright.sync_api", reason="the extra browser is not installed (make browser)")
     pytest.importorskip("axe_playwright_python", reason="the extra browser is not installed (make browser)")
     if BROWSER is None:
