@@ -24,7 +24,7 @@ from newtonjax.numerics import Statement, path_of, shown
 # What two results may differ in and still say the same.
 _OF_THE_RUN = ("seconds", "origin")
 # Arguments that change nothing of an answer.
-_OF_THE_CALL = ("progress", "path")
+_OF_THE_CALL = ("progress", "so_far", "path")
 # Arrays of more numbers than this are named by their type in an origin.
 _SHORT = 100
 # Two-sided 95 % of a normal distribution.

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from fitting.parameters import knobs, output, target_first
-from fitting.shell import assignments, session
+from fitting.shell import assignments, session, stopping
 from fitting.shell.answer import as_png, with_file
 from fitting.shell.progress import progress
 from fitting.studies import Design, design, with_field
 from newtonjax.benches import scene_text
 
-_FILES = ("design.csv", "design.json", "design.png", "design.toml")
+_FILES = ("design.csv", "design.json", "design.toml", "design.png")
 _OVER = 5
 
 
@@ -33,32 +33,47 @@ def run(path: Path, pixels: tuple, ranges: dict, limits: dict, search: dict, fol
         measured, *_ = target_first(present, target, None)
         low, high = assignments.span(measured, ranges["over"], units)
         over = np.geomspace(low, high, _OVER) if low > 0 else np.linspace(low, high, _OVER)
-    result = design(
-        scene,
-        camera,
-        vary,
-        target=target,
-        sd=assignments.deviations(ranges["sd"], units),
-        over=over,
-        robust=search["robust"],
-        choose={
-            name: [assignments.number(name, value_text, units) for value_text in text.split(",")]
-            for name, text in assignments.pairs("--choose", ranges["choose"])
-        },
-        pixels_per_fringe=limits["pixels_per_fringe"],
-        fill_fraction=limits["fill_fraction"],
-        rings=_rings(limits["rings"]),
-        starts=search["starts"],
-        progress=True,
-    )
+
+    tables, picture = files[:-1], files[-1:]
+
+    def unfinished(result: Design) -> stopping.Unfinished:
+        words = f"the best of {len(result.starts)} {'search' if len(result.starts) == 1 else 'searches'}"
+        return stopping.Unfinished(
+            words, f"sensor, {camera_line}\n{result}", dict(zip(tables, _texts(result, path), strict=False))
+        )
+
+    with stopping.keeping() as keep:
+        result = design(
+            scene,
+            camera,
+            vary,
+            target=target,
+            sd=assignments.deviations(ranges["sd"], units),
+            over=over,
+            robust=search["robust"],
+            choose={
+                name: [assignments.number(name, value_text, units) for value_text in text.split(",")]
+                for name, text in assignments.pairs("--choose", ranges["choose"])
+            },
+            pixels_per_fringe=limits["pixels_per_fringe"],
+            fill_fraction=limits["fill_fraction"],
+            rings=_rings(limits["rings"]),
+            starts=search["starts"],
+            progress=True,
+            so_far=lambda result: keep(lambda: unfinished(result)),
+        )
     print(f"sensor, {camera_line}\n{result}")
-    if files:
+    for file, content in zip(tables, _texts(result, path), strict=False):
+        output.write(file, content, force)
+    for file in picture:
         with progress("drawing"):
-            answer, bench = with_file(result, path).to_dict(), scene_text(result.scene, result.camera)
-            contents = _csv(result), output.json_text(answer), as_png(result.figure()), bench
-            for file, content in zip(files, contents, strict=True):
-                output.write(file, content, force)
+            output.write(file, as_png(result.figure()), force)
     return 0
+
+
+def _texts(result: Design, path: Path) -> tuple[str, str, str]:
+    answer = with_file(result, path).to_dict()
+    return _csv(result), output.json_text(answer), scene_text(result.scene, result.camera)
 
 
 def _rings(text: str) -> tuple[float, float]:

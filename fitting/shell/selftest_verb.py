@@ -19,7 +19,7 @@ import numpy as np
 from scipy import stats
 
 from fitting.parameters import output, progress_of
-from fitting.shell import selftest, session
+from fitting.shell import selftest, session, stopping
 
 FALSE_ALARM = 1e-4
 # Trials of each kind, and the seconds after which no other one is begun: on slower machines the limits are wider.
@@ -57,25 +57,45 @@ def run(seed: int, folder: Path | None, force: bool) -> int:
     files = output.files_of(folder, _FILES, force, ())
     session.prepare()
     facts = _facts(seed)
-    photographs = _trials("photographs", selftest.photograph_trial, seed, *_PHOTOGRAPHS)
-    tables = _trials("tables", selftest.table_trial, seed, *_TABLES)
-    checks = [*checks_of("photograph", photographs), speed_of(photographs), *checks_of("table", tables)]
-    print(report(facts, checks))
-    if files:
-        output.write(files[0], table(facts, checks), force)
-        output.write(files[1], output.json_text({**facts, "checks": [_entry(check) for check in checks]}), force)
-    return int(not all(check.is_kept for check in checks))
+    photographs: list[selftest.Trial] = []
+    tables: list[selftest.Trial] = []
+
+    def checks() -> list[Check]:
+        of_tables = checks_of("table", tables) if tables else []
+        return [*checks_of("photograph", photographs), speed_of(photographs), *of_tables]
+
+    def contents() -> dict[Path, str]:
+        whole = {**facts, "checks": [_entry(check) for check in checks()]}
+        return dict(zip(files, (table(facts, checks()), output.json_text(whole)), strict=False))
+
+    def so_far() -> stopping.Unfinished:
+        words = f"the limits for {len(photographs)} photographs and {len(tables)} tables"
+        return stopping.Unfinished(words, report(facts, checks()), contents())
+
+    with stopping.keeping() as keep:
+        _try("photographs", selftest.photograph_trial, seed, *_PHOTOGRAPHS, photographs, lambda: keep(so_far))
+        _try("tables", selftest.table_trial, seed, *_TABLES, tables, lambda: keep(so_far))
+    print(report(facts, checks()))
+    for file, content in contents().items():
+        output.write(file, content, force)
+    return int(not all(check.is_kept for check in checks()))
 
 
-def _trials(
-    task: str, trial: Callable[[int, int], selftest.Trial], seed: int, count: int, seconds: float
-) -> list[selftest.Trial]:
-    began, trials = monotonic(), []
+def _try(
+    task: str,
+    trial: Callable[[int, int], selftest.Trial],
+    seed: int,
+    count: int,
+    seconds: float,
+    trials: list[selftest.Trial],
+    after_each: Callable[[], None],
+) -> None:
+    began = monotonic()
     with progress_of(True, task) as tell:
         while not trials or (len(trials) < count and monotonic() - began < seconds):
             trials.append(trial(seed, len(trials)))
             tell(len(trials), count)
-    return trials
+            after_each()
 
 
 def checks_of(kind: str, trials: list[selftest.Trial]) -> list[Check]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fitting.parameters import knobs, output
-from fitting.shell import assignments, session
+from fitting.shell import assignments, session, stopping
 from fitting.shell.answer import as_png, with_file
 from fitting.shell.progress import progress
 from fitting.studies import Sensitivity, Spread, check_spread, sensitivity, spread
@@ -50,6 +50,8 @@ def run(
     if files:
         _write(files, _contents(with_file(result, path), _csv(result)), force)
     if deviations:
+        if files:
+            stopping.keep(files[-1], "the same command with --force goes on with it")
         scatter = spread(scene, camera, deviations, **request, progress=True)
         print(scatter)
         if files:

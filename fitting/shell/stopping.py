@@ -11,10 +11,11 @@ import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import monotonic, time
+from typing import NamedTuple
 
 from fitting.parameters import output
 
@@ -33,8 +34,18 @@ _SHOW_CURSOR = "\x1b[?25h"
 # Steps that must not be broken off, and what is said of files that stay.
 _locks: list[threading.Lock] = []
 _kept: dict[Path, str] = {}
+# What to call for what there is so far of the answer, where there is something.
+_so_far: "list[Callable[[], Unfinished]]" = []
 # Processes that would go on alone.
 _children: list[subprocess.Popen] = []
+
+
+class Unfinished(NamedTuple):
+    """What there is of an answer before its end: what to call it, its report, and its files with their contents."""
+
+    words: str
+    report: str
+    files: dict[Path, str]
 
 
 @contextmanager
@@ -79,10 +90,23 @@ def left_to_a_server() -> Generator[None, None, None]:
         signal.set_wakeup_fd(wakeup)
 
 
-def keep(path: Path, words: str, lock: threading.Lock) -> None:
+def keep(path: Path, words: str, lock: "threading.Lock | None" = None) -> None:
     """Say of a file, where a signal ends the process, that it stays; no step that holds the lock is broken off."""
     _kept[path] = words
-    _locks.append(lock)
+    if lock is not None:
+        _locks.append(lock)
+
+
+@contextmanager
+def keeping() -> Generator[Callable[[Callable[[], Unfinished]], None], None, None]:
+    """In this block a signal prints and writes what the function makes that was last handed over, if one was.
+
+    It is called in another thread, and has a second; existing files are replaced.
+    """
+    try:
+        yield lambda make: _so_far.__setitem__(slice(None), [make])
+    finally:
+        _so_far.clear()
 
 
 def ends_with_us(child: subprocess.Popen) -> None:
@@ -127,15 +151,31 @@ def _finish(number: int) -> None:
         child.kill()
     for lock in _locks:
         lock.acquire(timeout=max(0.0, deadline - monotonic()))
-    output.remove_unfinished(_PATIENCE / 2)
-    _remove_fresh_programs()
-    complete = [str(path) for path in output.written] + [
+    complete = [str(path) for path in dict.fromkeys(output.written) if path not in _kept] + [
         f"{path} ({words})" for path, words in _kept.items() if path.exists()
     ]
+    unfinished = _leave_what_there_is()
+    output.remove_unfinished(_PATIENCE / 2)
+    _remove_fresh_programs()
     cursor = _SHOW_CURSOR if sys.stderr.isatty() else ""
-    message = f"{cursor}newtonjax: stopped by {_SIGNALS[number]}; complete: {', '.join(complete) or 'nothing'}"
+    end = f"complete: {', '.join(complete) or 'nothing'}"
+    message = f"{cursor}newtonjax: stopped by {_SIGNALS[number]}; {unfinished}{end}"
     sys.stdout.flush()  # of a report what was printed
     print(message, file=sys.stderr, flush=True)
+
+
+def _leave_what_there_is() -> str:
+    """Print and write what there is of the answer; words for it."""
+    if not _so_far:
+        return ""
+    words, report, files = _so_far[-1]()
+    print(report)
+    left = []
+    for path, content in files.items():
+        with suppress(OSError):
+            output.write(path, content, force=True)
+            left.append(str(path))
+    return f"kept: {words}{' in ' * bool(left)}{', '.join(left)}; "
 
 
 def _remove_fresh_programs() -> None:

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from fitting.parameters import output
-from fitting.shell import session
+from fitting.shell import session, stopping
 from fitting.shell.answer import as_png, with_file
 from fitting.shell.progress import progress
 from fitting.studies import Tradeoff, tradeoff
@@ -23,14 +23,29 @@ def run(
         session.keep_rays()
         scene, camera, camera_line = session.scene_and_camera(path, shape, pixel_size)
     files = output.files_of(folder, _FILES, force, (path,))
-    result = with_file(tradeoff(scene, camera, splat=splat, progress=True), path)
+    tables, picture = files[:-1], files[-1:]
+
+    def unfinished(result: Tradeoff) -> stopping.Unfinished:
+        words = f"{len(result.timings)} {'method' if len(result.timings) == 1 else 'methods'}"
+        return stopping.Unfinished(
+            words, f"{camera_line}\n{result}", dict(zip(tables, _texts(result, path), strict=False))
+        )
+
+    with stopping.keeping() as keep:
+        result = tradeoff(
+            scene, camera, splat=splat, progress=True, so_far=lambda result: keep(lambda: unfinished(result))
+        )
     print(f"{camera_line}\n{result}")
-    if files:
+    for file, content in zip(tables, _texts(result, path), strict=False):
+        output.write(file, content, force)
+    for file in picture:
         with progress("drawing"):
-            contents = _csv(result), output.json_text(result.to_dict()), as_png(result.figure())
-            for file, content in zip(files, contents, strict=True):
-                output.write(file, content, force)
+            output.write(file, as_png(result.figure()), force)
     return 0
+
+
+def _texts(result: Tradeoff, path: Path) -> tuple[str, str]:
+    return _csv(result), output.json_text(with_file(result, path).to_dict())
 
 
 def _csv(result: Tradeoff) -> str:

@@ -32,7 +32,7 @@ class Search:
     """Designs by their place in the bounds, 0 to 1 in each (by ratios where a bound is positive)."""
 
     def __init__(self, task: DesignTask, layout: Layout, bench: Bench, robust: str):
-        self.task, self.layout, self.bench = task, layout, bench
+        self.task, self.layout, self.bench, self.robust = task, layout, bench, robust
         bounds = np.array(list(task.vary.values())).reshape(-1, 2)
         self.low, self.high = bounds.T
         self.ratio = (self.low > 0) & (self.high > 2 * self.low)

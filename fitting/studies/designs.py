@@ -6,6 +6,7 @@ with exact derivatives (Kraft 1988, SLSQP of SciPy: optimistix and optax have no
 
 from collections.abc import Callable, Mapping, Sequence
 from itertools import product
+from operator import itemgetter
 
 import numpy as np
 from jaxtyping import Float
@@ -26,6 +27,9 @@ from newtonjax.scene import Camera, Scene
 _AGREES = 0.02
 _MOST_STARTS = 10_000
 _GRIDS = (((5, 16, 12), (9, 384)), ((5, 48), (9, 384)), ((9, 96), (17, 384)), ((17, 192), (33, 384)))
+# Where a search ends: its objective, its place and its choice.
+_End = tuple[float, np.ndarray, tuple]
+_value = itemgetter(0)
 
 
 @says_its_bench
@@ -46,6 +50,7 @@ def design(
     starts: int = 6,
     seed: int = 0,
     progress: Progress = None,
+    so_far: Callable[[Design], object] | None = None,
 ) -> Design:
     """The bench that measures one number best, within bounds and limits.
 
@@ -64,6 +69,7 @@ def design(
       rings: in the field (change of order over it), at least and at most.
       starts: searches from quasi-random points, besides one from the bench at the start; seed: of these.
       progress: True for a bar on the terminal, or a function of (searches done, their number).
+      so_far: called with the best design of the searches done, after each one, for those who may stop early.
 
     Limits hold for every value of `over`. Raises ValueError for what is not there or not allowed, where no start meets
     the limits, and where the image does not determine the target.
@@ -94,11 +100,17 @@ def design(
     if not rings[0] < rings[1]:
         raise ValueError(f"rings is {rings}; allowed: fewer at least than at most")
     with progress_of(progress, "searching") as done:
-        return _best(task, limits, robust, starts, seed, done)
+        return _best(task, limits, robust, starts, seed, done, so_far)
 
 
 def _best(
-    task: DesignTask, limits: Limits, robust: str, starts: int, seed: int, done: Callable[[int, int], object]
+    task: DesignTask,
+    limits: Limits,
+    robust: str,
+    starts: int,
+    seed: int,
+    done: Callable[[int, int], object],
+    so_far: Callable[[Design], object] | None,
 ) -> Design:
     bench, evaluations = task.bench(limits), 0
     choices = list(product(*task.choose.values()))
@@ -106,15 +118,18 @@ def _best(
     points = np.clip(qmc.Sobol(max(count, 1), rng=seed).random(1 << (starts - 1).bit_length())[:starts, :count], 0, 1)
     search = Search(task, task.layout(*_GRIDS[0][0]), bench, robust)
     runs = [(point, choice) for choice in choices for point in (search.to_unit(task.before), *points)]
-    ended: list[tuple[float, np.ndarray, tuple]] = []
+    ended: list[_End] = []
     for number, (point, choice) in enumerate(runs):
         done(number, len(runs) + 1)
         if (end := search.run(point, choice)) is not None:
             ended.append((*end, choice))
+            if so_far is not None:
+                judge = task.layout(*_GRIDS[0][1])
+                so_far(_design_of(search, judge, *min(ended, key=_value)[1:], ended, search.evaluations))
     evaluations += search.evaluations
     if not ended:
         raise infeasible(search, runs)
-    value, place, choice = min(ended, key=lambda run: run[0])
+    value, place, choice = min(ended, key=_value)
     for grid, finer in _GRIDS:
         if grid != _GRIDS[0][0]:  # from where the one before ended
             search = Search(task, task.layout(*grid), bench, robust)
@@ -127,8 +142,17 @@ def _best(
     else:
         raise ValueError(Reason.TOO_MANY_FRINGES())
     done(len(runs) + 1, len(runs) + 1)
-    pick = np.max if robust == "worst" else np.mean
-    room = search.evaluate(place[:count], choice)[2]
+    return _design_of(search, judge, place, choice, ended, evaluations)
+
+
+def _design_of(
+    search: Search, judge: Layout, place: np.ndarray, choice: tuple, ended: list[_End], evaluations: int
+) -> Design:
+    task, bench, pick = search.task, search.bench, np.max if search.robust == "worst" else np.mean
+    own = place[: len(task.vary)]
+    design = search.design(own, choice)
+    outcome = forecast(judge, bench, design, task.over)
+    room = search.evaluate(own, choice)[2]
     scene, camera = task.bench_of(design, task.moved[task.target].value)
     return Design(
         task.target,

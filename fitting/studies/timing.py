@@ -26,7 +26,14 @@ _RUNS, _STEPS = 5, 4
 
 
 @says_its_bench
-def tradeoff(scene: nj.Scene, camera: nj.Camera, *, splat: bool = False, progress: Progress = None) -> Tradeoff:
+def tradeoff(
+    scene: nj.Scene,
+    camera: nj.Camera,
+    *,
+    splat: bool = False,
+    progress: Progress = None,
+    so_far: Callable[[Tradeoff], object] | None = None,
+) -> Tradeoff:
     """Time, memory and errors of every method for a scene; rays at every pixel are the reference.
 
     Times [s] and memory [bytes] are those of the camera's own image; errors are taken on at most 192 x 192 of its
@@ -36,6 +43,7 @@ def tradeoff(scene: nj.Scene, camera: nj.Camera, *, splat: bool = False, progres
       scene, camera: what is rendered.
       splat: the algorithm of 2021 too, which takes seconds to minutes.
       progress: True for a bar on the terminal, or a function of (methods done, their number).
+      so_far: called with the methods timed so far after each one, for those who may stop early.
 
     Raises ValueError for a scene that cannot be rendered.
 
@@ -64,8 +72,14 @@ def tradeoff(scene: nj.Scene, camera: nj.Camera, *, splat: bool = False, progres
         for number, job in enumerate(jobs):
             timings.append(job())
             done(number + 1, len(jobs))
-    fastest_first = sorted(timings, key=lambda timing: (timing.seconds is None, timing.seconds or 0.0))
-    return Tradeoff(tuple(fastest_first), camera.shape, float(camera.pixel_size))
+            if so_far is not None:
+                so_far(_fastest_first(timings, camera))
+    return _fastest_first(timings, camera)
+
+
+def _fastest_first(timings: list[MethodTiming], camera: nj.Camera) -> Tradeoff:
+    ordered = sorted(timings, key=lambda timing: (timing.seconds is None, timing.seconds or 0.0))
+    return Tradeoff(tuple(ordered), camera.shape, float(camera.pixel_size))
 
 
 class _Comparison:

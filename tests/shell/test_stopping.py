@@ -162,6 +162,77 @@ def test_a_chain_that_is_stopped_leaves_the_fit_and_its_own_steps(tmp_path):
     assert emcee.backends.HDFBackend(str(chain), read_only=True).iteration > 0
 
 
+# A verb whose third step of a kind says so, and does not end.
+THIRD = """
+import importlib, sys, time
+from fitting.shell.cli import main
+module, owner, name = sys.argv[1:4]
+owner = getattr(importlib.import_module(module), owner)
+step, count = getattr(owner, name), 0
+def until_the_third(*arguments):
+    global count
+    count += 1
+    if count == 3:
+        print("third", flush=True)
+        time.sleep(1000.0)
+    return step(*arguments)
+setattr(owner, name, until_the_third)
+sys.exit(main(sys.argv[4:]))
+"""
+BENCH = """[newton_rings]
+radius = 1.0
+wavelength = 589.3e-9
+view = "reflected"
+screen = "gap"
+[camera]
+shape = [48, 48]
+pixel_size = 60e-6
+"""
+
+
+@pytest.mark.parametrize(
+    ("step", "verb", "words", "files", "steps_in"),
+    [
+        (
+            ("fitting.studies.designs", "Search", "run"),
+            ("design", "scene.toml", "--vary", "pixel_size=20um:200um"),
+            "the best of 2 searches",
+            ("design.csv", "design.json", "design.toml"),
+            lambda answer: len(answer["starts"]),
+        ),
+        (
+            ("fitting.studies.timing", "_Comparison", "nodes"),
+            ("tradeoff", "scene.toml"),
+            "3 methods",
+            ("tradeoff.csv", "tradeoff.json"),
+            lambda answer: len(answer["timings"]),
+        ),
+        (
+            ("fitting.shell.selftest_verb", "selftest", "photograph_trial"),
+            ("selftest",),
+            "the limits for 2 photographs and 0 tables",
+            ("selftest.csv", "selftest.json"),
+            lambda answer: answer["checks"][0]["trials"],
+        ),
+    ],
+    ids=["design", "tradeoff", "selftest"],
+)
+def test_what_a_verb_has_done_so_far_is_printed_and_written(tmp_path, step, verb, words, files, steps_in):
+    (tmp_path / "scene.toml").write_text(BENCH)
+    arguments = [tmp_path / word if word == "scene.toml" else word for word in verb]
+    process = started("-c", THIRD, *step, *arguments, "--output-dir", tmp_path / "out")
+    assert process.stdout.readline() == "third\n", process.communicate()[1]
+    process.send_signal(signal.SIGINT)
+    printed, said = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 130
+    written = [tmp_path / "out" / name for name in files]
+    kept = f"kept: {words} in {', '.join(map(str, written))}"
+    assert said == f"newtonjax: stopped by Ctrl-C; {kept}; complete: nothing\n"
+    assert sorted((tmp_path / "out").iterdir()) == written
+    assert f"{steps_in(json.loads(written[1].read_text()))} " in words
+    assert len(printed.splitlines()) > 3
+
+
 def test_what_cannot_be_written_is_refused_before_the_work(tmp_path, monkeypatch):
     def refuse(path, **_):
         raise PermissionError(13, "Permission denied", str(path))
