@@ -33,6 +33,8 @@ TOLERANCE = 1e-4
 _STEPS, _ROUNDS = 100, 40
 # What single precision leaves of the sum of squares.
 _ROUNDING = 1e-9
+# Of a phase beyond this [turns] no fraction of a turn is left.
+_LOST = 1e12
 
 
 @dataclass(frozen=True)
@@ -152,7 +154,8 @@ def descend(
         with np.errstate(over="ignore", invalid="ignore"):
             matrix = point.matrix[np.ix_(moving, moving)] + np.diag(cost[moving])
             gradient = (point.gradient - cost * (numbers - centre))[moving]
-        if not (np.isfinite(matrix).all() and np.isfinite(gradient).all()):
+        is_finite = np.isfinite(matrix).all() and np.isfinite(gradient).all()
+        if not (is_finite and np.abs(fields.phase).max() < _LOST):
             break
         step = _step(matrix, gradient, damping)
         # Where every pixel is an outlier there is no weight.

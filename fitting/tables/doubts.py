@@ -11,6 +11,8 @@ from newtonjax.numerics import Statement
 
 # What lenses and lamps have [m], and what fills a gap; beyond, a unit or a given number was mistaken.
 _SENSIBLE = {"radius": (1e-3, 1e3), "wavelength": (100e-9, 20e-6), "gap_index": (0.9, 2.5)}
+# By this share a value may be beyond them: at a limit rounding does not decide.
+_ROUNDED = 1e-9
 # Where no rough value is known, a proposal lies where most lenses and lamps are.
 _USUAL = {"radius": (5e-3, 100.0), "wavelength": (380e-9, 1100e-9), "gap_index": (1.0, 1.9)}
 # The index falls with the square of the sizes, the others grow with it.
@@ -26,7 +28,7 @@ def doubts(measured: str, value: float, expected: float | None, column: str, uni
         return []
     if expected is None:
         low, high = _SENSIBLE[measured]
-        if low <= value <= high:
+        if low * (1 - _ROUNDED) <= value <= high * (1 + _ROUNDED):
             return []
         usual = _USUAL[measured]
         power = _POWERS.get(measured, 1.0)
