@@ -32,6 +32,8 @@ _NOTHING = 1e-6
 # Where parts change the phase by less than this [turns], a fit without them is linear in them; up to the second, a fit
 # with them needs no other start.
 _LINEAR, _NEAR = 0.01, 0.1
+# Fewer fringes have warps only where these are wished: they would imitate whatever so few leave over, cones too.
+_TELLING = 3.0
 # What is said of a part that was asked for and that no fit has.
 UNFITTED = "asked for, but"
 
@@ -59,7 +61,8 @@ def with_needed_parts(
     A bench has parts of its own: then they are tried only where the rings are not found without them. What a grid says
     of the camera is there for certain. `before` as in `complete`.
     """
-    if task.scene is not None and refusal is None:
+    are_too_few = refusal is not None and plain.orders < _TELLING and not any(task.wishes.values())
+    if are_too_few or (task.scene is not None and refusal is None):
         return _without_parts(plain, task.photograph, priors)
     return complete(plain, task.photograph, task.wishes, priors, before)
 
@@ -75,7 +78,8 @@ def complete(
     if 1 - plain.explained < _NOTHING and not any(wishes.values()):
         part_words = dict.fromkeys((*WARPS, *SEARCHED), "not tried: the residual is at rounding level")
         return _without_parts(plain, photograph, priors)._replace(part_words=part_words)
-    warps = tuple(part for part in WARPS if part in plain.model.parts and wishes.get(part, True))
+    warps = tuple(part for part in WARPS if part in plain.model.parts and wishes.get(part, plain.orders >= _TELLING))
+    wishes |= {part: False for part in WARPS if part not in warps}
     are_few = plain.orders < FEW
     if are_few and warps:
         plain = _bent_or_lit(plain, with_parts(plain, warps, plain.numbers, priors, is_near=False))
