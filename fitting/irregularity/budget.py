@@ -62,14 +62,16 @@ def distortion_row(form: np.ndarray, sd: float) -> Row:
     κ², whose mean square is 3 `sd`⁴ for a normal κ. Beside many fringes of power it is more than the noise.
     """
     u, v, _ = nodes()
-    count, lies = len(form), np.hypot(u, v)
-    moved = []
+    count, radius = len(form), np.hypot(u, v)
+    forms = []
     for kappa in (sd, -sd):
-        seen = lies
+        source = radius
         for _ in range(_DISTORTION_STEPS):
-            seen = seen - (seen * (1 + kappa * (seen**2 - 1)) - lies) / (1 + kappa * (3 * seen**2 - 1))
-        moved.append(terms_at(u * seen / lies, v * seen / lies, count) @ form)
-    changes = [(moved[0] - moved[1]) / 2, np.sqrt(3) * ((moved[0] + moved[1]) / 2 - terms_at(u, v, count) @ form)]
+            ahead = source * (1 + kappa * (source**2 - 1)) - radius
+            source = source - ahead / (1 + kappa * (3 * source**2 - 1))
+        forms.append(terms_at(u * source / radius, v * source / radius, count) @ form)
+    even = (forms[0] + forms[1]) / 2 - terms_at(u, v, count) @ form
+    changes = [(forms[0] - forms[1]) / 2, np.sqrt(3) * even]
     return Row("distortion", _projected(np.column_stack(changes), count))
 
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from fitting.parameters import knobs, output, target_first
 from fitting.shell import assignments, session, stopping
-from fitting.shell.answer import as_png, with_file
+from fitting.shell.answer import with_file
 from fitting.shell.progress import progress
+from fitting.shell.study_files import StudyFiles
 from fitting.studies import Design, design, with_field
 from newtonjax.benches import scene_text
 
@@ -23,7 +24,12 @@ def run(path: Path, pixels: tuple, ranges: dict, limits: dict, search: dict, fol
         session.prepare()
         session.keep_rays()
         scene, camera, camera_line = session.scene_and_camera(path, *pixels)
-    files = output.files_of(folder, _FILES, force, (path,))
+    files = StudyFiles(
+        output.files_of(folder, _FILES, force, (path,)),
+        lambda result: _texts(result, path),
+        f"sensor, {camera_line}",
+        force,
+    )
     present = knobs(scene, camera)
     units = {name: knob.unit for name, knob in with_field(camera, present).items()}
     target = search["target"]
@@ -34,13 +40,9 @@ def run(path: Path, pixels: tuple, ranges: dict, limits: dict, search: dict, fol
         low, high = assignments.span(measured, ranges["over"], units)
         over = np.geomspace(low, high, _OVER) if low > 0 else np.linspace(low, high, _OVER)
 
-    tables, picture = files[:-1], files[-1:]
-
-    def unfinished(result: Design) -> stopping.Unfinished:
+    def so_far(result: Design) -> None:
         words = f"the best of {len(result.starts)} {'search' if len(result.starts) == 1 else 'searches'}"
-        return stopping.Unfinished(
-            words, f"sensor, {camera_line}\n{result}", dict(zip(tables, _texts(result, path), strict=False))
-        )
+        keep(lambda: files.unfinished(result, words))
 
     with stopping.keeping() as keep:
         result = design(
@@ -60,14 +62,10 @@ def run(path: Path, pixels: tuple, ranges: dict, limits: dict, search: dict, fol
             rings=_rings(limits["rings"]),
             starts=search["starts"],
             progress=True,
-            so_far=lambda result: keep(lambda: unfinished(result)),
+            so_far=so_far,
         )
-    print(f"sensor, {camera_line}\n{result}")
-    for file, content in zip(tables, _texts(result, path), strict=False):
-        output.write(file, content, force)
-    for file in picture:
-        with progress("drawing"):
-            output.write(file, as_png(result.figure()), force)
+    print(files.report(result))
+    files.write(result)
     return 0
 
 

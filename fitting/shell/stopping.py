@@ -170,12 +170,12 @@ def _leave_what_there_is() -> str:
         return ""
     words, report, files = _so_far[-1]()
     print(report)
-    left = []
+    written = []
     for path, content in files.items():
         with suppress(OSError):
             output.write(path, content, force=True)
-            left.append(str(path))
-    return f"kept: {words}{' in ' * bool(left)}{', '.join(left)}; "
+            written.append(str(path))
+    return f"kept: {words}{' in ' * bool(written)}{', '.join(written)}; "
 
 
 def _remove_fresh_programs() -> None:

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from fitting.parameters import output
 from fitting.shell import session, stopping
-from fitting.shell.answer import as_png, with_file
+from fitting.shell.answer import with_file
 from fitting.shell.progress import progress
+from fitting.shell.study_files import StudyFiles
 from fitting.studies import Tradeoff, tradeoff
 
 _FILES = ("tradeoff.csv", "tradeoff.json", "tradeoff.png")
@@ -22,25 +23,18 @@ def run(
         session.prepare()
         session.keep_rays()
         scene, camera, camera_line = session.scene_and_camera(path, shape, pixel_size)
-    files = output.files_of(folder, _FILES, force, (path,))
-    tables, picture = files[:-1], files[-1:]
+    files = StudyFiles(
+        output.files_of(folder, _FILES, force, (path,)), lambda result: _texts(result, path), camera_line, force
+    )
 
-    def unfinished(result: Tradeoff) -> stopping.Unfinished:
+    def so_far(result: Tradeoff) -> None:
         words = f"{len(result.timings)} {'method' if len(result.timings) == 1 else 'methods'}"
-        return stopping.Unfinished(
-            words, f"{camera_line}\n{result}", dict(zip(tables, _texts(result, path), strict=False))
-        )
+        keep(lambda: files.unfinished(result, words))
 
     with stopping.keeping() as keep:
-        result = tradeoff(
-            scene, camera, splat=splat, progress=True, so_far=lambda result: keep(lambda: unfinished(result))
-        )
-    print(f"{camera_line}\n{result}")
-    for file, content in zip(tables, _texts(result, path), strict=False):
-        output.write(file, content, force)
-    for file in picture:
-        with progress("drawing"):
-            output.write(file, as_png(result.figure()), force)
+        result = tradeoff(scene, camera, splat=splat, progress=True, so_far=so_far)
+    print(files.report(result))
+    files.write(result)
     return 0
 
 

@@ -216,4 +216,6 @@ def test_a_fit_that_waits_for_its_turn_is_cancelled(view, page):
         view.wait_for_selector("text=Cancelled.")
     finally:
         page.call(turn.release)
+    assert view.locator(".nj-headline").count() == 0
     fit(view)
+    assert view.locator(".nj-headline").count() == 1

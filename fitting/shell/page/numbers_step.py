@@ -84,28 +84,28 @@ class NumbersStep:
 
     def take(self, answer: Mapping[str, Any]) -> None:
         """The numbers that a fit found, where the person has not held others."""
-        found = {name: one["value"] for name, one in answer["parameters"].items()}
-        numbers = {name: found[name] for name in ("radius", *_OF_PARTS) if name in found}
-        numbers |= {name: found[f"{name}_px"] for name in _PLACES if f"{name}_px" in found}
+        values = {name: one["value"] for name, one in answer["parameters"].items()}
+        numbers = {name: values[name] for name in ("radius", *_OF_PARTS) if name in values}
+        numbers |= {name: values[f"{name}_px"] for name in _PLACES if f"{name}_px" in values}
         if answer["fringe_scale_per_px2"]:
             numbers["fringe_scale"] = answer["fringe_scale_per_px2"]
         if answer["gap_m"] is not None:
             numbers["gap"] = answer["gap_m"] / _METRES_A_NM
-        held = {number for name, numbers in _LOCKS.items() if self._locks[name].value for number in numbers}
-        self._fill({name: value for name, value in numbers.items() if name not in held})
+        locked = {number for name, of_lock in _LOCKS.items() if self._locks[name].value for number in of_lock}
+        self._fill({name: value for name, value in numbers.items() if name not in locked})
 
     def texts(self) -> dict[str, str]:
         """What is held, and where a fit starts, as the shell's options have it.
 
         Raises ValueError for an empty number.
         """
-        held = [name for name, box in self._locks.items() if box.value]
+        locked = [name for name, box in self._locks.items() if box.value]
         texts = {}
-        fixed = [f"gap={self._number('gap'):g}nm"] if "gap" in held else []
-        fixed += [f"centre={self._place()}"] if "centre" in held else []
+        fixed = [f"gap={self._number('gap'):g}nm"] if "gap" in locked else []
+        fixed += [f"centre={self._place()}"] if "centre" in locked else []
         priors = [
             f"{name}={self._number(name):.8g}:{_HELD * (TABLE[name].bounds[1] - TABLE[name].bounds[0]):.2g}"
-            for name in held
+            for name in locked
             if name in _OF_PARTS
         ]
         if self._start.value:
