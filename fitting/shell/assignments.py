@@ -116,10 +116,13 @@ def held(texts: list[str]) -> dict[str, Any]:
     return _named("--fix", texts, {"gap": quantities.length})
 
 
-def begun(texts: list[str]) -> dict[str, Any]:
+def start(texts: list[str]) -> dict[str, Any]:
     """What a fit starts from, of centre=X,Y with radius=LENGTH or fringe-scale=NUMBER [per px²]."""
     readers = {"radius": quantities.positive_length, "fringe_scale": quantities.number}
-    return _named("--start", texts, readers)
+    values = _named("--start", texts, readers)
+    if "centre_px" not in values or len(values) != 2:
+        raise ValueError(f"--start is {', '.join(texts)}; give centre=X,Y, and radius=LENGTH or fringe-scale=NUMBER")
+    return values
 
 
 def _named(option: str, texts: list[str], readers: dict[str, Callable[[str], Any]]) -> dict[str, Any]:

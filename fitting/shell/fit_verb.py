@@ -28,7 +28,7 @@ _OF_CHAIN = {"corner.png": "Posterior", "trace.png": "Chain"}
 def model_of(values: dict[str, Any]) -> dict[str, Any]:
     """What is asked of the rings' model, of the values of `options.with_model_options`: fields of `FitOptions`."""
     parts = {name: values[name] for name in PART_OPTIONS if values[name] is not None}
-    readers = {"prior": assignments.priors, "fix": assignments.held, "start": assignments.begun}
+    readers = {"prior": assignments.priors, "fix": assignments.held, "start": assignments.start}
     named = {name: read(values[name]) if values[name] else {} for name, read in readers.items()}
     return {"parts": parts, **{name: values[name] for name in MODEL_OPTIONS}, **named}
 

@@ -57,7 +57,7 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "page": _page,
     "prior": lambda text: assignments.priors([text]),
     "fix": lambda text: assignments.held([text]),
-    "start": lambda text: assignments.begun([text]),
+    "start": lambda text: assignments.start([text]),
     "axis": assignments.place,
     "axis_sd": quantities.number,
     "view_angle": quantities.angle,

@@ -129,13 +129,19 @@ def test_the_shell_reads_priors_and_places():
         assignments.place("640")
 
 
+@pytest.mark.parametrize("texts", [["centre=330,210"], ["radius=1m"], ["centre=1,2", "radius=1m", "fringe-scale=1e-5"]])
+def test_a_start_at_the_shell_that_is_not_whole_says_what_it_lacks(texts):
+    with pytest.raises(ValueError, match=r"give centre=X,Y, and radius=LENGTH or fringe-scale=NUMBER"):
+        assignments.start(texts)
+
+
 def test_the_shell_reads_what_is_held_and_where_a_fit_starts():
     assert assignments.held(["gap=120nm centre=640,480.5"]) == {
         "gap": pytest.approx(120e-9),
         "centre_px": (640.0, 480.5),
     }
-    assert assignments.begun(["centre=640,480", "radius=1m"]) == {"centre_px": (640.0, 480.0), "radius": 1.0}
-    assert assignments.begun(["fringe-scale=1e-5"]) == {"fringe_scale_per_px2": 1e-5}
+    assert assignments.start(["centre=640,480", "radius=1m"]) == {"centre_px": (640.0, 480.0), "radius": 1.0}
+    assert assignments.start(["centre=1,2 fringe-scale=1e-5"]) == {"centre_px": (1.0, 2.0), "fringe_scale_per_px2": 1e-5}
     for text, words in (("gap", "such as gap=0nm"), ("gap=5", "has no unit"), ("radius=1m", "allowed: centre, gap")):
         with pytest.raises(ValueError, match=words):
             assignments.held([text])
