@@ -25,6 +25,8 @@ from fitting.photograph.priors import Priors
 from fitting.photograph.refit import with_parts, with_trial
 from fitting.photograph.task import Task
 from fitting.photograph.trials import Trial, Trials
+from fitting.photograph.verdict import RefusedError
+from fitting.reasons import Reason
 from newtonjax.numerics import Statement
 
 # Share of the variance that no photograph leaves so little of: the rounding of 8 bits alone leaves ten times as much.
@@ -32,7 +34,7 @@ _NOTHING = 1e-6
 # Where parts change the phase by less than this [turns], a fit without them is linear in them; up to the second, a fit
 # with them needs no other start.
 _LINEAR, _NEAR = 0.01, 0.1
-# Fewer fringes have warps only where these are wished: they would imitate whatever so few leave over, cones too.
+# Fewer fringes do not tell warps from another law of rings, cones too: they have them only where these are wished.
 _TELLING = 3.0
 # What is said of a part that was asked for and that no fit has.
 UNFITTED = "asked for, but"
@@ -72,17 +74,23 @@ def complete(
 ) -> Complete:
     """The fit with all parts that are wished, or not excluded.
 
-    `plain`: a fit without parts; `before`: the same on the same photograph with another curve.
+    `plain`: a fit without parts; `before`: the same on the same photograph with another curve. Raises RefusedError for
+    fewer than three fringes that call for warps.
     """
     wishes = {part: wish for part, wish in wishes.items() if part in plain.model.parts}
     if 1 - plain.explained < _NOTHING and not any(wishes.values()):
         part_words = dict.fromkeys((*WARPS, *SEARCHED), "not tried: the residual is at rounding level")
         return _without_parts(plain, photograph, priors)._replace(part_words=part_words)
-    warps = tuple(part for part in WARPS if part in plain.model.parts and wishes.get(part, plain.orders >= _TELLING))
-    wishes |= {part: False for part in WARPS if part not in warps}
+    warps = tuple(part for part in WARPS if part in plain.model.parts and wishes.get(part, True))
     are_few = plain.orders < FEW
     if are_few and warps:
-        plain = _bent_or_lit(plain, with_parts(plain, warps, plain.numbers, priors, is_near=False))
+        likelier = _bent_or_lit(plain, with_parts(plain, warps, plain.numbers, priors, is_near=False))
+        if plain.orders < _TELLING and not any(wishes.get(part) for part in warps):
+            if likelier is not plain:
+                raise RefusedError(Reason.UNEVEN_LIGHT(orders=plain.orders, least=FEW), photograph)
+            warps = ()
+        plain = likelier
+    wishes |= {part: False for part in WARPS if part not in warps}
     searched = [part for part in SEARCHED if is_open(part, wishes, plain, photograph)]
     if before is None:
         part_words = screened(plain, wishes)
