@@ -141,7 +141,8 @@ def test_the_shell_reads_what_is_held_and_where_a_fit_starts():
         "centre_px": (640.0, 480.5),
     }
     assert assignments.start(["centre=640,480", "radius=1m"]) == {"centre_px": (640.0, 480.0), "radius": 1.0}
-    assert assignments.start(["centre=1,2 fringe-scale=1e-5"]) == {"centre_px": (1.0, 2.0), "fringe_scale_per_px2": 1e-5}
+    start = assignments.start(["centre=1,2 fringe-scale=1e-5"])
+    assert start == {"centre_px": (1.0, 2.0), "fringe_scale_per_px2": 1e-5}
     for text, words in (("gap", "such as gap=0nm"), ("gap=5", "has no unit"), ("radius=1m", "allowed: centre, gap")):
         with pytest.raises(ValueError, match=words):
             assignments.held([text])
