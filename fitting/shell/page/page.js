@@ -24,7 +24,7 @@ function njDrop(token) {
   }
 }
 
-// The picture of the bench: one request in flight, the newest numbers next, the rate of the last second.
+// The picture of the bench: the newest numbers are sent as soon as a picture arrives, which is drawn meanwhile.
 function njBench(token) {
   const canvas = document.getElementById("bench");
   if (!canvas) return setTimeout(() => njBench(token), 50); // the tab is not there yet
@@ -32,7 +32,7 @@ function njBench(token) {
   const context = canvas.getContext("2d"), fields = document.querySelectorAll("[data-bench]");
   const socket = new WebSocket(`ws://${location.host}/bench/${token}`);
   socket.binaryType = "arraybuffer";
-  let latest = null, isBusy = true, times = [];
+  let latest = null, isBusy = true, times = [], drawn = Promise.resolve();
   const values = () => {
     const numbers = {};
     for (const field of fields) {
@@ -48,16 +48,20 @@ function njBench(token) {
   const change = () => { latest = values(); if (!isBusy) next(); };
   socket.onopen = () => { latest = values(); next(); };
   socket.onclose = () => { line.textContent = "The page has ended; load it again."; };
-  socket.onmessage = async (event) => {
-    if (typeof event.data === "string") { line.textContent = event.data; return next(); }
-    const picture = await createImageBitmap(new Blob([event.data], { type: "image/jpeg" }));
+  const draw = async (content) => {
+    const picture = await createImageBitmap(new Blob([content], { type: "image/jpeg" }));
     context.drawImage(picture, 0, 0);
     picture.close();
     const now = performance.now();
     times = times.filter((time) => now - time < 1000).concat(now);
     canvas.dataset.drawn = Number(canvas.dataset.drawn || 0) + 1;
     line.textContent = times.length > 2 ? `${times.length} pictures in the last second` : "";
-    requestAnimationFrame(next);
+  };
+  socket.onmessage = async (event) => {
+    if (typeof event.data === "string") { line.textContent = event.data; return next(); }
+    await drawn; // no more than one picture waits to be drawn
+    next();
+    drawn = draw(event.data);
   };
   for (const field of fields) {
     field.addEventListener("input", change);

@@ -9,7 +9,7 @@ from nicegui import ui  # pyright: ignore[reportMissingImports]  # an extra
 from fitting.parameters import PART_OPTIONS
 from fitting.shell.page import parts
 from fitting.shell.page.numbers_step import NumbersStep
-from fitting.shell.page.photograph_tasks import ANSWER
+from fitting.shell.page.photograph_tasks import ANSWER, PICTURE
 from fitting.shell.page.region_step import RegionStep
 from fitting.shell.page.result_step import ResultStep
 from fitting.shell.page.scale_step import ScaleStep
@@ -151,11 +151,13 @@ class PhotographTab:
             self._end(f"Look at steps 2 and 4: {error}")
 
     def _follow(self, kind: str, content: Any) -> None:
-        """Show the answer as soon as it is there; all else is asked for twice a second."""
+        """Show the numbers as soon as they are there, and each picture; all else is asked for twice a second."""
         del content
         with self._bar:
             if kind == ANSWER:
                 self._show_answer()
+            elif kind == PICTURE:
+                self._result.show_pictures()
 
     def _show_running(self, is_running: bool) -> None:
         self._fit_button.set_enabled(not is_running)
@@ -173,6 +175,7 @@ class PhotographTab:
         self._worker_line.set_text("" if self._worker.is_ready else f"{_LOADING} ({seconds:.0f} s so far)")
         if session.answer and session.answer is not self._shown:
             self._show_answer()
+        self._result.show_pictures()
         is_running, was_running = session.running is not None, self._was_running
         self._was_running = is_running
         self._show_running(is_running)

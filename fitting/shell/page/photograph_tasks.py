@@ -20,8 +20,8 @@ from fitting.shell.page.settings import MASK, SCALE, Settings
 from fitting.shell.scale_verb import points_of
 
 Tell = Callable[[str, Any], None]
-# The fit's steps as they are told.
-PROGRESS, ANSWER = "progress", "answer"
+# What is told while a photograph is measured: steps of the fit, its numbers, and each picture of it when it is drawn.
+PROGRESS, ANSWER, PICTURE = "progress", "answer", "picture"
 _SAMPLE = "sample.png"
 # Of a ring on the screen.
 _CORNERS = 120
@@ -60,7 +60,7 @@ def look(files: Path, tell: Tell, data: bytes, name: str, region: Region = ()) -
 def measure(
     files: Path, tell: Tell, data: bytes, name: str, settings: Settings, region: Region = ()
 ) -> dict[str, bytes]:
-    """Files of the result by name; the answer itself is told before they are drawn."""
+    """Files of the result by name; its numbers are told before, then its pictures, each with its name."""
     arguments = settings.arguments()
     added: dict[str, bytes] = {}
     with _as_file(files, data, name) as path:
@@ -74,27 +74,19 @@ def measure(
             scale_file.write_bytes(added[SCALE])
             arguments["scale"] = scale_file
         result = fitting.fit(path, progress=lambda done, steps: tell(PROGRESS, (done, steps)), **arguments)
-    tell(ANSWER, _answer(result))
+    tell(ANSWER, {**result.to_dict(), "headline": result.headline(), "dominant": result.dominant()})
+    for picture in pictures.of_result(result):
+        tell(PICTURE, picture)
     text = f"{result.report()}\n"
     added |= {"result.json": output.json_text(result.to_dict()).encode(), "report.txt": (text + section(text)).encode()}
     if result.status == "refused":
         return added
-    picture = as_png(result.figure())
+    figure = as_png(result.figure())
     command = "; ".join(settings.shell_lines(name))
     source = Source(name, hashlib.sha256(data).hexdigest())
-    report_page = page(result, [source], command, {"Result": picture}, text)
+    report_page = page(result, [source], command, {"Result": figure}, text)
     texts = {**ring_tables(result), "report.html": report_page}
-    return {**added, **{file: table.encode() for file, table in texts.items()}, "result.png": picture}
-
-
-def _answer(result: fitting.FitResult) -> dict[str, Any]:
-    """What the page shows of a result: its numbers, and the rings over the photograph."""
-    return {
-        **result.to_dict(),
-        "headline": result.headline(),
-        "dominant": result.dominant(),
-        "pictures": pictures.of_result(result),
-    }
+    return {**added, **{file: table.encode() for file, table in texts.items()}, "result.png": figure}
 
 
 @contextmanager

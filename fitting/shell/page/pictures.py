@@ -1,7 +1,7 @@
 """Pictures that the page shows of a photograph and of its fit, as JPEG."""
 
 import io
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -57,23 +57,23 @@ def preview(image: np.ndarray, mask: np.ndarray | None = None) -> bytes:
     return jpeg(colours)
 
 
-def of_result(result: fitting.FitResult) -> dict[str, bytes]:
-    """Rings over the photograph, what the model leaves, and the unwrapped view, where there is a fit.
+def of_result(result: fitting.FitResult) -> Iterator[tuple[str, bytes]]:
+    """Names and JPEG of the rings over the photograph, of what the model leaves, and of the unwrapped view of a fit.
 
     Of a fit that was refused, the rings that were tried.
     """
     residual = result.residual
     if residual is None:
-        return {}
+        return
     if result.centre_px is None:
         tried = result.tried_figure()
-        return {} if tried is None else {"tried.jpg": figure_jpeg(tried)}
+        if tried is not None:
+            yield "tried.jpg", figure_jpeg(tried)
+        return
     span = float(np.nanpercentile(np.abs(residual), 99)) or 1.0
-    return {
-        "rings.jpg": _rings(result, residual.shape),
-        "residual.jpg": preview(np.clip(residual, -span, span)),
-        "unwrapped.jpg": figure_jpeg(result.unwrapped_figure()),
-    }
+    yield "rings.jpg", _rings(result, residual.shape)
+    yield "residual.jpg", preview(np.clip(residual, -span, span))
+    yield "unwrapped.jpg", figure_jpeg(result.unwrapped_figure())
 
 
 def jpeg(values: np.ndarray) -> bytes:

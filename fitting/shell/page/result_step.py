@@ -45,30 +45,35 @@ class ResultStep:
         """Show that there is nothing yet."""
         with parts.section("5. Result"):
             self._area = ui.element("div").props("aria-live=polite")
-            self._links = ui.element("div")
+            self._pictures = ui.html(sanitize=False)
+            self._tables, self._links = ui.element("div"), ui.element("div")
         self.clear()
 
     def clear(self) -> None:
         """Forget the last answer."""
-        self._area.clear()
-        self._links.clear()
+        for area in (self._area, self._tables, self._links):
+            area.clear()
+        self._pictures.set_content("")
         self._offered = ()
         with self._area:
             ui.label("No result yet.")
 
     def show(self) -> None:
-        """Show the answer; its files follow."""
+        """Show the numbers of the answer; its pictures and files follow."""
         answer = self._session.answer
         self._area.clear()
+        self._tables.clear()
         with self._area:
             ui.label(str(answer["headline"])).classes("nj-headline")
             for text in _sentences(answer):
                 ui.label(text)
             for text in answer["warnings"]:
                 ui.label(f"Note: {text}").classes("nj-warning")
+        self.show_pictures()
+        with self._tables:
             tables = _budget(answer) + _parameters(answer) + _model(answer)
             words = _words(" ".join([*_sentences(answer), *answer["warnings"], tables]))
-            ui.html(self._pictures() + tables + words, sanitize=False)
+            ui.html(tables + words, sanitize=False)
             if answer["status"] == "ok" and answer["measured"] == "pixel_size":
                 ui.button("Use this pixel size for the next photograph", on_click=self._keep_scale).props("no-caps")
             parts.heading("To repeat it", 3)
@@ -95,11 +100,14 @@ class ResultStep:
         self._session.scale = {key: value for key, value in self._session.answer.items() if key not in _ADDED}
         ui.notify("Step 2 now offers this pixel size for the next photograph.")
 
-    def _pictures(self) -> str:
+    def show_pictures(self) -> None:
+        """Show the pictures of the answer, as far as they are drawn."""
         address, stamp = f"/files/{self._session.token}", f"?of={id(self._session.answer)}"
         shown = [(name, *words) for name, words in _PICTURES.items() if name in self._session.files]
         figures = "".join(parts.figure(f"{address}/{name}{stamp}", alt, caption) for name, alt, caption in shown)
-        return f'<div class="nj-row">{figures}</div>' if figures else ""
+        content = f'<div class="nj-row">{figures}</div>' if figures else ""
+        if content != self._pictures.content:
+            self._pictures.set_content(content)
 
 
 # Share of the variance below which a row of the budget is not shown; the report has all of them.

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import PurePosixPath, PureWindowsPath
 from typing import Any, NamedTuple
 
-from fitting.shell.page.photograph_tasks import ANSWER, PROGRESS, sample
+from fitting.shell.page.photograph_tasks import ANSWER, PICTURE, PROGRESS, sample
 from fitting.shell.page.pictures import Region
 from fitting.shell.page.settings import Settings
 from fitting.shell.page.worker import Worker, WorkError
@@ -110,11 +110,14 @@ class Session:
             if kind == PROGRESS:
                 self.progress = content
             if kind == ANSWER:
-                self.files = content.pop("pictures") | {
+                self.files = {
                     "repeat.sh": "\n".join([*settings.shell_lines(self.name), ""]).encode(),
                     "repeat.py": "\n".join([*settings.python_lines(self.name), ""]).encode(),
                 }
                 self.answer = content
+            if kind == PICTURE:
+                name, picture = content
+                self.files[name] = picture
             listener(kind, content)
 
         work = self.photographs.call("measure", self.data, self.name, settings, self.region, listener=tell)
