@@ -87,31 +87,24 @@ def test_the_bench_follows_its_sliders(view):
     check_access(view)
 
 
-def test_a_loop_of_pictures_states_its_rate(view, record_property):
+def test_pictures_follow_a_slider_that_moves_and_their_rate_is_stated(view, record_property):
     view.get_by_role("tab", name="Virtual bench").click()
     view.wait_for_function("Number(document.getElementById('bench')?.dataset.drawn) > 0")
-    seconds = view.evaluate(
-        """async (longest) => {
+    drawn, seconds = view.evaluate(
+        """async () => {
           const slider = document.getElementById("bench-radius"), bench = document.getElementById("bench");
-          const times = [];
-          for (let step = 0; step < 120; step++) {
-            const drawn = bench.dataset.drawn, began = performance.now();
-            slider.value = 0.5 + 0.01 * step;
+          const first = Number(bench.dataset.drawn), began = performance.now();
+          for (let step = 0; performance.now() - began < 3000; step++) {
+            slider.value = 0.5 + 0.005 * (step % 400);
             slider.dispatchEvent(new Event("input"));
-            while (bench.dataset.drawn === drawn) {
-              await new Promise(requestAnimationFrame);
-              if (performance.now() - began > longest) throw new Error("no picture came");
-            }
-            times.push((performance.now() - began) / 1000);
+            await new Promise(requestAnimationFrame);
           }
-          return times.sort((a, b) => a - b);
-        }""",
-        arg=1000 * PATIENCE,
+          return [Number(bench.dataset.drawn) - first, (performance.now() - began) / 1000];
+        }"""
     )
-    record_property("bench pictures a second, median", round(1 / seconds[60], 1))
-    print(f"bench: {1 / seconds[60]:.1f} pictures a second (median of 120, 512 x 512)")
-    assert len(seconds) == 120
-    assert min(seconds) > 0
+    record_property("bench pictures a second", round(drawn / seconds, 1))
+    print(f"bench: {drawn / seconds:.1f} pictures a second (512 x 512)")
+    assert drawn > 3
 
 
 def test_faces_of_other_forms_change_the_rings_and_the_ways_to_them_are_compared(view):
