@@ -68,6 +68,14 @@ class TogetherWords:
         "the two pictures contradict each other by {size:.1f} standard deviations in what they share; a third one "
         "tells which is wrong"
     )
+    GAP_ORDER_UNDECIDED = (
+        "the order of the gap is open: the most probable one, a gap of {gap:.4g} m, holds {probability:.1%}; a further "
+        "wavelength, a shorter gap_range or wavelengths known better tell it"
+    )
+    PHASES_CONTRADICT = (
+        "no gap has the phases of all pictures: the nearest is {size:.1f} standard deviations away; the lens moved "
+        "between them, a wavelength or the view is wrong, or the gap is outside of gap_range"
+    )
 
 
 class FormWords:

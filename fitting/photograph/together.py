@@ -1,12 +1,13 @@
 """Several photographs in one answer: lenses under one camera, one lens in several pictures, the ratio of two radii."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fitting.parameters import EXPONENTS, Numbers, block_of, says_its_origin
+from fitting.parameters import EXPONENTS, Numbers, block_of, number, says_its_origin
 from fitting.photo import check_no_picture_twice
 from fitting.photograph.averaging import Averaging, Member
 from fitting.photograph.combination import Logarithms, combined
@@ -15,14 +16,18 @@ from fitting.photograph.joint import view_of
 from fitting.photograph.measure import fit
 from fitting.photograph.priors import Priors
 from fitting.photograph.result import FitResult
+from fitting.photograph.shared_gap import SharedGap, fraction_of, shared_gap, window_of
 from fitting.photograph.together_result import Together
 from fitting.reasons import Reason
 from newtonjax.numerics import shown
 
 # What pictures may share, and what each always has of its own.
-_SHARED = ("radius", "wavelength", "pixel_size", "gap_index", "distortion")
-_OWN = ("gap", "phase", "centre", "contact", "film", "view", "form", "illumination")
+_SHARED = ("radius", "wavelength", "pixel_size", "gap_index", "distortion", "gap")
+_OWN = ("phase", "centre", "contact", "film", "view", "form", "illumination")
 _FEWEST = 2
+# Gaps beyond this [m] are sought in none: their orders are more than any phase tells.
+_WIDEST = 1e-3
+_OF_ALL = ("images", "shared", "each", "names", "gap_range")
 # A value for all pictures, or a list with one for each.
 PerPicture = float | str | None | Sequence[float | str | None]
 
@@ -57,6 +62,7 @@ def fit_together(
     view_angle_sd: PerPicture = None,
     channel: PerPicture = None,
     noise: Any = None,
+    gap_range: tuple[float, float] | None = None,
 ) -> Together:
     """One answer from several photographs of rings, with one likelihood and one covariance.
 
@@ -71,21 +77,29 @@ def fit_together(
       images: two photographs or more, as `fit` reads them.
       shared: what is one in all pictures: "distortion" (of the camera); "radius" (one lens, in several pictures: one
         value comes out); "pixel_size", "wavelength", "gap_index": their errors are common, and cancel in ratios. What
-        is given once, for all pictures, is shared.
-      each: what has an error of its own in each picture though it is given once. Gap, phase, centre, contact, film,
-        view, form and illumination are always each picture's own.
+        is given once, for all pictures, is shared. "gap": one lens in one place in several wavelengths, whose phases
+        together tell the gap at the centre beyond half a wavelength (`gap` of the result), with the probability of each
+        order; no contact is fitted then.
+      each: what has an error of its own in each picture though it is given once. Phase, centre, contact, film, view,
+        form and illumination are always each picture's own, and so is the gap where it is not shared.
       names: of the pictures; their files' where they are not given.
       wavelength, ...: as in `fit`, lengths in metres; a list has one value for each picture: `[589.3e-9, 546.1e-9]`.
+      gap_range: lowest and highest gap at the centre that may be [m]; half of the synthetic wavelength, 1 over the
+        least difference of two wavenumbers, where it is not given.
 
     A picture that is refused is left out with a warning; one that contradicts the others is named. Refused is one value
     of pictures of which one lies more than ten standard deviations, and a hundredth, from the others. Raises ValueError
     and FileNotFoundError for input that cannot be used, such as one picture twice.
 
     """
-    arguments = {name: value for name, value in locals().items() if name not in ("images", "shared", "each", "names")}
+    arguments = {name: value for name, value in locals().items() if name not in _OF_ALL}
     common = _checked_names(shared, each)
+    has_gap = "gap" in common
+    window = _checked_range(gap_range, has_gap)
     pictures, labels = _checked_pictures(images, names)
     by_picture = [_arguments_of(arguments, place, len(pictures)) for place in range(len(pictures))]
+    if has_gap:
+        by_picture = [own | {"parts": _open(own["parts"])} for own in by_picture]
     # Another page, channel or wavelength of a file is another picture.
     chosen = [[shown(own[name]) for name in ("page", "channel", "wavelength", "mask")] for own in by_picture]
     check_no_picture_twice(pictures, labels, chosen)
@@ -105,7 +119,10 @@ def fit_together(
     once = {name for name in EXPONENTS if not isinstance(arguments.get(name), list | tuple)} | {"plate_radius"}
     alike = frozenset((once | common) - own)
     linear = [number for number in numbers if number is not None]
-    return combined(linear, [labels[k] for k in usable], alike, common, warnings, results)
+    answer = combined(linear, [labels[k] for k in usable], alike, common - {"gap"}, warnings, results)
+    if not has_gap:
+        return answer
+    return replace(answer, gap=_gap_of(results, [by_picture[k]["view"] for k in usable], window))
 
 
 def ratio(
@@ -189,6 +206,45 @@ def _arguments_of(arguments: dict[str, Any], place: int, count: int) -> dict[str
             raise ValueError(f"{name} has {len(value)} values for {count} pictures; give one for each, or one")
         own[name] = value[place] if is_list else value
     return own
+
+
+def _checked_range(gap_range: Any, has_gap: bool) -> tuple[float, float] | None:
+    """Lowest and highest gap [m]. Raises ValueError for what is no range, and for one without a gap that is shared."""
+    if gap_range is None:
+        return None
+    if not has_gap:
+        raise ValueError('gap_range is that of a gap in all pictures; add "gap" to shared, or leave gap_range out')
+    ends = np.asarray(gap_range, dtype=object)
+    low, high = (number("gap_range", end) for end in ends) if ends.shape == (2,) else (np.nan, np.nan)
+    if not -_WIDEST <= low < high <= _WIDEST:
+        raise ValueError(
+            f"gap_range is {shown(gap_range)}; allowed: the lowest and the highest gap in metres, up to {_WIDEST:g} m"
+        )
+    return low, high
+
+
+def _open(parts: Any) -> Any:
+    """The wishes without a contact: faces that touch have no gap between them."""
+    if parts is None or (isinstance(parts, Mapping) and not parts.get("contact") and not parts.get("film")):
+        return {**(parts or {}), "contact": False, "film": False}
+    if isinstance(parts, Mapping):
+        raise ValueError("shared holds gap, and parts a contact, in which the gap is 0; leave one of them out")
+    return parts
+
+
+def _gap_of(fits: Sequence[FitResult], views: Sequence[Any], window: tuple[float, float] | None) -> SharedGap:
+    """The gap of all pictures. Raises ValueError where their wavelengths are one, or not given."""
+    known = [fit.evidence.known for fit in fits if fit.evidence is not None]
+    if missing := [name for name in ("wavelength", "gap_index") if any(name not in each.given for each in known)]:
+        raise ValueError(f"shared holds gap, which takes the {missing[0]} of each picture; give it")
+    fractions = [fraction_of(fit, 0.0 if view == "transmitted" else 0.5) for fit, view in zip(fits, views, strict=True)]
+    fractions = [fraction for fraction in fractions if fraction is not None]
+    wavelengths = [fraction.wavelength for fraction in fractions]
+    usual = window_of(wavelengths)
+    # The gap under a blur b is that at the centre and s² b² / R.
+    shift = wavelengths[0] * float(fits[0].fringe_scale_per_px2 or 0.0)
+    index = known[0]
+    return shared_gap(fractions, window or usual, shift, index.sd.get("gap_index", 0.0) / index.given["gap_index"])
 
 
 def _logarithms(result: FitResult) -> Logarithms | None:

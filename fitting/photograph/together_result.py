@@ -8,6 +8,7 @@ import numpy as np
 
 from fitting.parameters import TABLE, AbstractMeasurement, Origin, Parameter, common_from, interval, with_sd, with_unit
 from fitting.photograph.result import FitResult
+from fitting.photograph.shared_gap import SharedGap
 
 
 class PictureRow(NamedTuple):
@@ -39,6 +40,7 @@ class Together(AbstractMeasurement):
     - `budget`: (source, standard deviation) of `value`, or of `ratio` where none is shared.
     - `shared`: the camera's numbers, by name (value, standard deviation), in half diagonals of the first picture.
     - `covariance`: of the logarithms of the members' values; `fits`: the pictures' single fits.
+    - `gap` [m]: at the centre of one lens in several wavelengths, with its orders; None where it is not shared.
     """
 
     status: str
@@ -55,6 +57,7 @@ class Together(AbstractMeasurement):
     warnings: list[str] = field(default_factory=list)
     fits: list[FitResult] = field(default_factory=list)
     origin: Origin | None = None
+    gap: SharedGap | None = None
 
     @property
     def interval(self) -> tuple[float, float] | None:
@@ -74,6 +77,7 @@ class Together(AbstractMeasurement):
         rows |= {f"{self.measured} of {row.name}": (row.value, row.sd, unit) for row in self.members}
         rows |= {f"ratio of {row.name}": (row.ratio, row.ratio_sd, "") for row in self.members[1:]}
         rows |= {f"{name}, shared": (value, sd, "") for name, (value, sd) in self.shared.items()}
+        rows |= {} if self.gap is None else {"gap": (self.gap.value, self.gap.sd, "m")}
         return {
             name: Parameter(value, sd, False, name, unit)
             for name, (value, sd, unit) in rows.items()
@@ -98,7 +102,8 @@ class Together(AbstractMeasurement):
     def budgets(self) -> dict[str, list[tuple[str, float]]]:
         """The budget of the number of all, or of the ratio."""
         of_all = with_unit(self._name(), TABLE[self.measured].unit)
-        return {"ratio" if self.value is None else of_all: self.budget} if self.budget else {}
+        budgets = {"ratio" if self.value is None else of_all: self.budget} if self.budget else {}
+        return budgets | ({"gap [m]": self.gap.budget} if self.gap is not None and self.gap.budget else {})
 
     def _name(self) -> str:
         return self.measured.replace("_", " ")
@@ -120,6 +125,7 @@ class Together(AbstractMeasurement):
             "members": [member._asdict() for member in self.members],
             "shared": {name: {"value": value, "sd": sd} for name, (value, sd) in self.shared.items()},
             "covariance_of_logarithms": None if self.covariance is None else self.covariance.tolist(),
+            "gap": self.gap and self.gap.to_dict(),
             **self._common(),
         }
 
@@ -143,6 +149,7 @@ class Together(AbstractMeasurement):
             None if covariance is None else np.array(covariance, float),
             warnings,
             origin=origin,
+            gap=SharedGap.from_dict(saved["gap"]) if saved.get("gap") else None,
         )
 
     def figure(self, ax=None) -> Any:
@@ -169,6 +176,7 @@ class Together(AbstractMeasurement):
             lines += [f"    {name} of all = {with_sd(self.value, self.sd, unit)}"]
         if self.ratio is not None:
             lines += [f"    ratio, second over first = {with_sd(self.ratio, self.ratio_sd)}"]
+        lines += [] if self.gap is None else self.gap.report_lines()
         if self.budget:
             of = name if self.value is not None else "ratio"
             lines += [f"[[Budget]]  standard deviations of the {of}"]

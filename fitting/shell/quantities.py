@@ -57,6 +57,14 @@ def positive_length(text: str) -> float:
     return value
 
 
+def length_range(text: str) -> tuple[float, float]:
+    """Metres of the lowest and the highest length, such as "0um,5um"; errors as in `length`."""
+    ends = [length(end) for end in text.split(",")]
+    if len(ends) != 2 or not ends[0] < ends[1]:
+        raise ValueError(f"{text!r} is no range; give the lowest and the highest length, as in 0um,5um")
+    return ends[0], ends[1]
+
+
 def number(text: str) -> float:
     """A number without a unit. Raises ValueError for what is none."""
     try:

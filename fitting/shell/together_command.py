@@ -5,6 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
+from fitting.shell import quantities
 from fitting.shell.options import (
     Force,
     Json,
@@ -22,6 +23,7 @@ from fitting.shell.options import (
     View,
     Wave,
     WaveSd,
+    option,
     with_model_options,
 )
 
@@ -35,7 +37,7 @@ def together(
         str,
         typer.Option(
             metavar="NAMES",
-            help="What is one in all: distortion, radius, pixel_size, wavelength, gap_index; none for nothing.",
+            help="What is one in all: distortion, radius, pixel_size, wavelength, gap_index, gap; none for nothing.",
         ),
     ] = "pixel_size,distortion",
     wavelength: Wave = None,
@@ -51,6 +53,15 @@ def together(
     plate_radius_sd: PlateSd = None,
     mask: MaskImage = None,
     page: Page = None,
+    gap_range: Annotated[
+        Any,
+        option(
+            quantities.length_range,
+            "LOW,HIGH",
+            "With --share gap: where it is sought, as in 0um,5um.",
+            "up to half of the synthetic wavelength",
+        ),
+    ] = None,
     json: Json = None,
     output_dir: OutputDir = None,
     force: Force = False,
@@ -74,4 +85,4 @@ def together(
         **model_of(model),
     )  # fmt: skip
     shared = tuple(name.strip().replace("-", "_") for name in share.split(",") if name.strip() not in ("", "none"))
-    return together_verb.run(photos, shared, options, Outputs(json, output_dir, force))
+    return together_verb.run(photos, shared, options, Outputs(json, output_dir, force), gap_range)

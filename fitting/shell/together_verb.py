@@ -16,7 +16,13 @@ from fitting.shell.report_page import Measured
 _OF_ONE = ("fix", "start")
 
 
-def run(photos: list[Path], shared: tuple[str, ...], options: FitOptions, outputs: Outputs) -> int:
+def run(
+    photos: list[Path],
+    shared: tuple[str, ...],
+    options: FitOptions,
+    outputs: Outputs,
+    gap_range: tuple[float, float] | None = None,
+) -> int:
     """Fit, report, write; the exit status."""
     pictures = [pair for path in photos for pair in _pictures(path, options)]
     if len(pictures) < 2:
@@ -37,7 +43,11 @@ def run(photos: list[Path], shared: tuple[str, ...], options: FitOptions, output
     with progress(f"fitting {len(names)} photographs"):
         session.prepare()
         result = fitting.fit_together(
-            [path for path, _ in pictures], shared=shared, names=names, **_united([own for _, own in pictures])
+            [path for path, _ in pictures],
+            shared=shared,
+            names=names,
+            gap_range=gap_range,
+            **_united([own for _, own in pictures]),
         )
     return outputs.write(result, [Measured(path, arguments_of(own)) for path, own in pictures])
 
