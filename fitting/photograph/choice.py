@@ -22,10 +22,10 @@ _AXIS_SEEN = 0.02
 # which the fit is then made anew.
 _LINEAR, _MOST_ROUNDS = 0.1, 3
 _FORM = "lens_form"
-# Residuals that neighbours share less than this hold no form; share of the structure that the form's terms take, of
-# rings with a coma of 0.04 to 1 turn 0.5 and more, of photographs 0.16 at most.
-_SHARED, _TAKEN = 10.0, 0.3
-# With a wide prior neighbours share so much less, of such rings 25 times less and more, of photographs 3.4 at most.
+# Residuals that neighbours share less than this hold no form. Share of the structure that the form's terms take, from
+# which on they are tried: a form beyond half a turn, of which the terms are not linear, 0.04 and more.
+_SHARED, _TAKEN = 10.0, 0.03
+# With a wide prior neighbours share so much less, of such rings 25 times less and more, of photographs 5 at most.
 _LESS = 8.0
 # Standard deviations that the terms' prior may have [turns at the rim], from the data.
 _SMALLEST, _LARGEST, _ROUNDS = 1e-3, 0.5, 8

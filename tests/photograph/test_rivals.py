@@ -153,6 +153,16 @@ def test_coma_of_half_a_turn_is_measured_and_no_axis_off_the_middle(seed):
     assert result.priors["coma_x"]["sd"] == 0.5
 
 
+@pytest.mark.parametrize("seed", [50007, 60011, 60034])
+def test_trefoil_beyond_half_a_turn_is_measured_though_no_linear_term_takes_it(seed):
+    """A distortion about an axis off the middle gave a radius 30 % off, more than four standard deviations."""
+    made = picture("trefoil", seed)
+    result = fitting.fit(made.image, **GIVEN)
+    assert result.status == "ok"
+    assert abs(result.radius / made.radius - 1) < 4 * result.radius_sd / made.radius < 4e-3
+    assert result.priors["trefoil_x"]["sd"] == 0.5
+
+
 def test_a_form_that_is_excluded_is_a_rival_in_the_budget():
     rho, angle = polar()
     result, rivals = fired(noisy(0.5 + 0.4 * wave(0.1 * rho**3 * np.cos(angle))), parts={"lens_form": False})
