@@ -1,5 +1,6 @@
 """The verb `render`: from options to a scene, a camera, a method, and a file."""
 
+import warnings
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +16,7 @@ from fitting.shell.bench_options import SCENES, arguments_of_scene, option_name
 from fitting.shell.progress import progress
 from newtonjax.methods import AbstractMethod, Splatted, unreached, why_unpaired
 from newtonjax.numerics import image_memory
+from newtonjax.planning import end_warnings
 
 # The methods by their names here.
 _METHODS = {"closed-form": nj.ClosedForm, "chebyshev": nj.Chebyshev, "traced": nj.Traced, "splat": nj.Splat}
@@ -63,6 +65,7 @@ class Chosen(NamedTuple):
     phase_error: float
     intensity_error: float
     reason: str
+    warnings: tuple[str, ...]
     splatted: Splatted | None = None
 
 
@@ -133,7 +136,7 @@ def _choose(scene: nj.Scene, camera: nj.Camera, how: How) -> Chosen:
     name = how.method or ("chebyshev" if how.nodes else "splat" if how.epsilon else None)
     if name is None:
         plan = nj.plan(scene, camera, tolerance)
-        return Chosen(plan.scene, plan.method, plan.phase_error, plan.intensity_error, plan.reason)
+        return Chosen(plan.scene, plan.method, plan.phase_error, plan.intensity_error, plan.reason, plan.warnings)
     if how.nodes and name != "chebyshev":
         raise ValueError(f"--nodes with --method {name}: it has none; leave one of them out")
     if how.epsilon and name != "splat":
@@ -153,23 +156,25 @@ def _asked_for(scene: nj.Scene, camera: nj.Camera, name: str, how: How) -> Chose
     options = {"nodes": how.nodes, "epsilon": how.epsilon}
     method = _METHODS[name](**{option: value for option, value in options.items() if value is not None})
     method.check(scene)
-    reason = "as asked for"
+    reason, ends = "as asked for", end_warnings(scene, camera)
     if name == "splat":
         splatted = nj.splat(scene, camera, method)
-        return Chosen(scene, method, splatted.error, np.nan, reason, splatted)
+        return Chosen(scene, method, splatted.error, np.nan, reason, ends, splatted)
     phase, intensity = map(float, method.error(scene, camera))
     if np.isinf(phase) and method.needs_every_beam:
         raise unreached(method)
     if np.isinf(phase):
         reason = f"{reason}; where several rays of one beam reach a pixel, only one is traced"
-    return Chosen(scene, method, phase, intensity, reason)
+    return Chosen(scene, method, phase, intensity, reason, ends)
 
 
 def _parts(chosen: Chosen, camera: nj.Camera, in_memory: bool) -> Iterable[tuple[int, np.ndarray]]:
     """The image in blocks of rows; not kept but computed anew each time, where memory need not hold it."""
     if chosen.splatted:
         return [(0, np.asarray(chosen.splatted.image))]
-    blocks = nj.blocks(chosen.scene, camera, chosen.method)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # `_say` has them
+        blocks = nj.blocks(chosen.scene, camera, chosen.method)
     return list(blocks) if in_memory or blocks.rows == camera.shape[0] else blocks
 
 
@@ -219,6 +224,8 @@ def _say(request: Request, camera: nj.Camera, chosen: Chosen, white: float, nois
     else:
         print(f"estimated error: {chosen.phase_error:.2g} turns, {chosen.intensity_error:.2g} of the peak intensity")
     print(f"noise: {noise}")
+    for words in chosen.warnings:
+        print(f"warning: {words}")
     _say_few_fringes(chosen.scene, camera)
 
 

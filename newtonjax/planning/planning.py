@@ -33,7 +33,8 @@ from newtonjax.methods import (
     parallel,
     summed_at_nodes,
 )
-from newtonjax.numerics import chebyshev, require_concrete, require_tolerance
+from newtonjax.numerics import Statement, chebyshev, require_concrete, require_tolerance
+from newtonjax.planning.faces import crossing_warnings, end_warnings, refuse_folds
 from newtonjax.planning.reasons import PlanReason
 from newtonjax.scene import Camera, Scene, channels_of, require_bench
 
@@ -54,6 +55,7 @@ class Plan:
     - `phase_error`: bound [turns].
     - `intensity_error`: bound, over the peak as in `ErrorEstimate`, dropped beams included.
     - `reason`: one sentence; its `code` is a name of `PlanReason`.
+    - `warnings`: likewise, of surfaces that end within the image or pass through each other.
     """
 
     method: AbstractMethod
@@ -62,6 +64,7 @@ class Plan:
     phase_error: float
     intensity_error: float
     reason: str
+    warnings: tuple[Statement, ...] = ()
 
 
 def plan(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Plan:
@@ -76,7 +79,7 @@ def plan(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Plan:
     not have, are not looked for. Where JAX is in float32 they hold the rounding of the pixels; a tolerance that this
     would break gets pixels in float64.
 
-    Raises ValueError for a tolerance that is not positive, and for traced values, which have no error to compare.
+    Raises ValueError for a tolerance that is not positive, traced values, and a face that is no sphere and folds rays.
     """
     return planned(scene, camera, tolerance)[0]
 
@@ -105,8 +108,12 @@ def planned(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> tuple[Plan
         bench, beams = with_beams(bench, beams, strong)
     fields = node_fields(bench, beams)
     rounding = float(fields.rounding.max())
-    by_rays = Plan(Traced(), scene, dropped, rounding, dropped_error + 2 * np.pi * rounding, "")
+    warnings = crossing_warnings(scene, camera, beams.path, beams.arrives, bench.pairs)
+    by_rays = Plan(Traced(), scene, dropped, rounding, dropped_error + 2 * np.pi * rounding, "", warnings)
     if not fields.arrives.all():
+        ends = end_warnings(scene, camera)
+        refuse_folds(scene, camera, fields.arrives, bool(beams.lost.any()) or not ends)
+        by_rays = replace(by_rays, warnings=warnings + ends)
         reason = PlanReason.BEAM_MISSES_IMAGE()
         if beams.lost.any():
             reason = PlanReason.CAUSTIC()
@@ -118,7 +125,8 @@ def planned(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> tuple[Plan
         intensity = float(error.intensity) + dropped_error + (formula.float32_error if is_single() else 0.0)
         if intensity <= tolerance:
             reason = PlanReason.FOCUSED_ON_GAP()
-            return _with_picture(Plan(formula, scene, dropped, float(error.phase), intensity, reason), camera)
+            chosen = Plan(formula, scene, dropped, float(error.phase), intensity, reason, warnings)
+            return _with_picture(chosen, camera)
     return _on_nodes(by_rays, bench, camera, fields, tolerance, dropped_error)
 
 

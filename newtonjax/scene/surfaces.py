@@ -102,12 +102,13 @@ class Surface(eqx.Module):
 
     def is_shaped(self) -> bool:
         """Whether it has anything that a sphere has not, be it 0."""
-        return bool(self.shape_words())
+        return bool(Surface.shape_words(self))
 
     def shape_words(self) -> list[str]:
         """Names of what it has that a sphere has not."""
+        numbers = vars(self)  # of an attribute equinox asks first whether it is a method, for 2 us
         words = ("conic", "asphere", "odd_asphere", "curvature_across", "axis", "figure")
-        return [word for word in words if getattr(self, word) is not None]
+        return [word for word in words if numbers[word] is not None]
 
     def is_plane(self) -> bool:
         """Whether it is known to be a plane; of a batch, all of it."""

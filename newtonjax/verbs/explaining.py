@@ -67,6 +67,7 @@ class Explanation:
             f"(first call {_time(self.compile_seconds)} more; to choose the method {_time(self.planning_seconds)})",
             f"fringes     {self.finest_fringe:.3g} pixels at the finest"
             + ("; below 2 pixels fringes are aliased" if self.finest_fringe < 2.4 else ""),
+            *(f"warning     {words}" for words in self.plan.warnings),
             f"beams       {', '.join(self.plan.scene.beams)}",
             f"light       {_lines(light)} {float(light.wavelength) * 1e9:.6g} nm, {spread}, {polarized}",
             "",

@@ -1,13 +1,14 @@
 """The public verbs: render an image, or its optical path difference."""
 
+import warnings
 from functools import partial
 
 import jax
 from jaxtyping import Array, Float
 
 from newtonjax.methods import AbstractMethod, AbstractPicture, Chebyshev, is_single, require_method, require_two_beams
-from newtonjax.numerics import afresh, image_memory, is_concrete, refuse_after_fork, require_x64
-from newtonjax.planning import planned
+from newtonjax.numerics import Statement, afresh, image_memory, is_concrete, refuse_after_fork, require_x64
+from newtonjax.planning import end_warnings, planned
 from newtonjax.scene import Camera, Scene, require_bench
 
 
@@ -20,7 +21,8 @@ def render(
 
     Without a method, `plan` picks the cheapest whose error is at most `tolerance` times the largest intensity. Inside a
     transformation (jit, grad, vmap) the numbers are not known: there the given method is used, or `Chebyshev()`.
-    Called eagerly it computes in float64 whatever JAX's setting, and returns float32 where x64 is off.
+    Called eagerly it computes in float64 whatever JAX's setting, and returns float32 where x64 is off, and warns of
+    what the plan warns of; with a method given, of surfaces that end within the image.
 
     Raises ValueError where the method cannot honour a part of the scene and where the image is larger than memory,
     RuntimeError where a transformation would trace rays in float32.
@@ -59,9 +61,16 @@ def choose(
     """
     if method is not None:
         method.check(scene)
+        _warn(end_warnings(scene, camera))
         return scene, method, None
     chosen, picture = planned(scene, camera, tolerance)
+    _warn(chosen.warnings)
     return chosen.scene, chosen.method, picture
+
+
+def _warn(sentences: tuple[Statement, ...]) -> None:
+    for words in sentences:
+        warnings.warn(words, stacklevel=4)
 
 
 def _choose_for_memory(scene, camera, method, tolerance):
