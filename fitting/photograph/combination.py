@@ -10,6 +10,7 @@ from fitting.parameters import TABLE, with_sd
 from fitting.photograph.joint import View, contradiction, joined
 from fitting.photograph.result import FitResult
 from fitting.photograph.together_result import PictureRow, Together
+from fitting.photograph.uncertainty import COMMON_WAVES, GAP_WAVES
 from fitting.reasons import Reason
 
 # Chance that a picture is named that does not contradict the others, over all pictures.
@@ -25,7 +26,7 @@ class Logarithms(NamedTuple):
 
     - `level`: its logarithm, of the radius up to a constant without a scale; `value`: the number itself, as shown.
     - `slope`: how the level changes with the logarithm of the `curvature`, which is that of the picture alone.
-    - `beside`: relative deviation of the curvature beside what normal equations say.
+    - `beside`: relative deviation of the curvature beside what normal equations say; `waves`: by the gap's whole waves.
     - `quantities`: relative deviations by the quantity that brings them.
     """
 
@@ -35,6 +36,7 @@ class Logarithms(NamedTuple):
     value: float
     slope: float
     beside: float
+    waves: float
     quantities: dict[str, float]
 
 
@@ -125,6 +127,9 @@ def _levels(numbers: Sequence[Logarithms], alike: frozenset[str], has_camera: bo
         "camera": scale * of_camera,
         "beside the pictures": np.diag(np.square(slopes * [number.beside for number in numbers])),
     }
+    waves = slopes * [number.waves for number in numbers]
+    if waves.any():
+        parts[GAP_WAVES] = COMMON_WAVES * np.outer(waves, waves) + (1 - COMMON_WAVES) * np.diag(np.square(waves))
     for name in sorted({name for number in numbers for name in number.quantities}):
         sds = np.array([number.quantities.get(name, 0.0) for number in numbers])
         parts[name] = np.outer(sds, sds) if name in alike else np.diag(np.square(sds))

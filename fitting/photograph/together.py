@@ -18,6 +18,7 @@ from fitting.photograph.priors import Priors
 from fitting.photograph.result import FitResult
 from fitting.photograph.shared_gap import SharedGap, fraction_of, shared_gap, window_of
 from fitting.photograph.together_result import Together
+from fitting.photograph.uncertainty import GAP_WAVES
 from fitting.reasons import Reason
 from newtonjax.numerics import shown
 
@@ -264,13 +265,15 @@ def _logarithms(result: FitResult) -> Logarithms | None:
     known, unknown = evidence.known, evidence.known.unknown
     if unknown is None or (answer := result.parameters.get(unknown)) is None:
         given = sum(EXPONENTS[name] * np.log(value) for name, value in known.given.items())
-        return Logarithms(view, curvature, float(given - np.log(scale)), scale, -1.0, beside, {})
+        return Logarithms(view, curvature, float(given - np.log(scale)), scale, -1.0, beside, 0.0, {})
     value = float(answer.value)
     slope = 1 / EXPONENTS[unknown]
     if known.plate is not None:
         slope *= 1 + value / known.plate[0]
     quantities = {name: sd / value for name, sd in result.budget if name in EXPONENTS or name == "plate_radius"}
-    return Logarithms(view, curvature, float(np.log(value)), value, slope, beside, quantities)
+    waves = min(dict(result.budget).get(GAP_WAVES, 0.0) / abs(value * slope), beside)
+    beside = float(np.sqrt(beside**2 - waves**2))
+    return Logarithms(view, curvature, float(np.log(value)), value, slope, beside, waves, quantities)
 
 
 def _of_one_set(evidence: Evidence) -> Averaging:

@@ -37,7 +37,9 @@ _OF_DISC = 0.5
 # dust holds open [m]: the root mean square of 0 to 5 um.
 _BENCH = {argument.name: argument.default for argument in ARGUMENTS}
 _INDEX, _THICKNESS, _GAP = 0.1, 0.5, 3e-6
-_GLASS, _WAVES = "glass looked through", "whole waves of the gap"
+_GLASS, GAP_WAVES = "glass looked through", "whole waves of the gap"
+# Of their variance the mean's square: no gap is below 0, so all pictures' are too small together.
+COMMON_WAVES = 0.75
 
 
 def of_assumptions(fit: Fitted, known: Quantities) -> list[tuple[str, float]]:
@@ -64,7 +66,7 @@ def of_assumptions(fit: Fitted, known: Quantities) -> list[tuple[str, float]]:
         values = known.values(float(numbers.curvature) / model.frame.unit**2)
         waves = 2 * values["gap_index"] * _GAP / values["wavelength"]
         closed, held_open = (microscope._replace(modulo=0.0, touching=numbers.phase - turns) for turns in (0.0, waves))
-        rows[_WAVES] = [change(held_open, closed)]
+        rows[GAP_WAVES] = [change(held_open, closed)]
     crossed = {name: bends(fit.solution, np.stack(changes, axis=1))[0] for name, changes in rows.items()}
     return [(name, float(np.linalg.norm(Numbers(*fit.matrix.shift(at)).curvature))) for name, at in crossed.items()]
 

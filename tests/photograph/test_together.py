@@ -44,6 +44,15 @@ def test_the_ratio_of_two_lenses_does_not_know_the_scale(pair):
     assert result.ratio_interval[0] < result.ratio < result.ratio_interval[1]
 
 
+def test_gaps_that_dust_holds_open_differ_by_less_than_each_is_wide(pair):
+    # Gaps are even between 0 and g: g²/3 in the mean square each, g²/6 for a difference; R grows by as much a gap.
+    result, radii = pair
+    rows = [dict(fit.budget)["whole waves of the gap"] / fit.radius for fit in result.fits]
+    assert rows[0] / rows[1] == pytest.approx(radii[1] / radii[0], rel=0.01)
+    difference = 3 * (np.square(rows).sum() / 3 - rows[0] * rows[1] / 2)
+    assert dict(result.budget)["whole waves of the gap"] / result.ratio == pytest.approx(np.sqrt(difference), rel=0.01)
+
+
 def test_the_camera_has_one_distortion(pair):
     result, _ = pair
     value, sd = result.shared["distortion"]
