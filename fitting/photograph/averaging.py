@@ -163,7 +163,7 @@ class Eliminated(NamedTuple):
     """Normal equations of the numbers of all parts that a member's sets may have, whatever else is free taken out.
 
     - `slots`: where the numbers stand; `core`: of what is taken out, whose own inverse is `inverse`; a step d of the
-      numbers moves it by -`slope` d. `matrix`, `pull`: of the numbers.
+      numbers moves it by -`slope` d, and without one by `step`. `matrix`, `pull`: of the numbers.
     """
 
     names: tuple[str, ...]
@@ -173,29 +173,40 @@ class Eliminated(NamedTuple):
     slope: np.ndarray
     matrix: np.ndarray
     pull: np.ndarray
+    step: np.ndarray
 
 
-def eliminated(member: Member, fixed_parts: Collection[str] = ()) -> Eliminated:
-    """A member on the model linearized at its fit; `fixed_parts`: those whose numbers stay as they are."""
+def eliminated(member: Member, variance: float, fixed_parts: Collection[str] = ()) -> Eliminated:
+    """A member on the model linearized at its fit; `fixed_parts`: those whose numbers stay as they are.
+
+    `variance`: of the light per unit weight, in units of which the phase of contact is held to its anchor: the fit was
+    made before it was known.
+    """
     matrix = member.fit.matrix
     names = numbers_of(part for part in PARTS if any(part in s for s in member.sets))
     tested = slots_of(names)
     is_core = matrix.active.copy()
     is_core[[*tested, *slots_of(numbers_of(fixed_parts))]] = False
     core = np.flatnonzero(is_core)
-    inverse = pseudo_inverse(matrix.block(core), _RANK)
+    held, pulled = np.zeros((2, len(matrix.values)))
+    for name, sd in anchors_of(member.fit.parts).items():
+        slot = NUMBERS.index(name)
+        held[slot] = variance / sd**2
+        pulled[slot] = held[slot] * (member.fit.solution.problem.pull[0][slot] - matrix.values[slot])
+    inverse = pseudo_inverse(matrix.matrix[np.ix_(core, core)] + np.diag(held[core]), _RANK)
     slope = inverse @ matrix.matrix[np.ix_(core, tested)]
     of_tested = matrix.matrix[np.ix_(tested, tested)] - matrix.matrix[np.ix_(tested, core)] @ slope
-    pull = matrix.gradient[tested] - slope.T @ matrix.gradient[core]
-    return Eliminated(names, tested, core, inverse, slope, of_tested, pull)
+    gradient = (matrix.gradient + pulled)[core]
+    pull = matrix.gradient[tested] - slope.T @ gradient
+    return Eliminated(names, tested, core, inverse, slope, of_tested, pull, inverse @ gradient)
 
 
 def _sets(
     member: Member, variance: float, fixed_parts: Collection[str], ratio: float, held: Collection[str]
 ) -> Iterator[_Set]:
     """The sets of a member on the model linearized at its fit; what else is free there, is so in each of them."""
-    matrix, rest = member.fit.matrix, eliminated(member, fixed_parts)
-    names, tested, core, inverse, slope, of_tested, pull = rest
+    matrix, rest = member.fit.matrix, eliminated(member, variance, fixed_parts)
+    names, tested, core, inverse, slope, of_tested, pull, of_core = rest
     centre, sd = (np.array([member.priors.numbers[name][k] for name in names]) for k in (0, 1))
     # Without a distortion the camera's axis is anywhere.
     aside = np.isin(names, [name for part in PARTS.values() for name in part.axis])
@@ -207,7 +218,7 @@ def _sets(
             of_tested / variance, pull / variance, values, free, centre, 1 / sd**2, absent
         )
         shift = np.zeros(len(matrix.values))
-        shift[tested], shift[core] = step, inverse @ matrix.gradient[core] - slope @ step
+        shift[tested], shift[core] = step, of_core - slope @ step
         spread = spread + (ratio - 1) * spread @ of_tested @ spread / variance
         covariance = np.zeros_like(matrix.matrix)
         covariance[np.ix_(tested, tested)] = spread

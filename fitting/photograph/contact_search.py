@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.estimate import Fitted, bends, fringe_correlation, normal_matrix, score_drop, tukey
-from fitting.model import PARTS, PRICES, SEARCHED
+from fitting.model import PARTS, PRICES, SEARCHED, anchors_of
 from fitting.parameters import Numbers
 from fitting.photo import Photograph, Reduced
 from fitting.photograph.trials import Trial, Trials
@@ -65,10 +65,10 @@ def may_be_seen(part: str, plain: Fitted, photograph: Photograph, numbers: np.nd
 
 
 def search(trials: Trials, part: str, without: Trial) -> list[Trial]:
-    """A fit with a part beside another fit's, at its anchor, or where it is wished with what lifts that.
+    """Fits with a part beside another fit's, at its anchor, or one where it is wished with what lifts that.
 
     An anchor makes a ladder of optima. Without it that ladder is gone, so the search goes there first, from several
-    starts, and takes the nearest rung in the end.
+    starts, and in the end from there and from the nearest rung.
     """
     freed = SEARCHED[part].name
     parts = (*without.parts, part, freed)
@@ -89,9 +89,11 @@ def search(trials: Trials, part: str, without: Trial) -> list[Trial]:
     turn = 0.5 if float(loose.solution.point.modulus.mean()) < 0 else 0.0
     if trials.wishes.get(freed):
         return [loose]
-    start = PARTS[part].anchored(Numbers(*loose.numbers), trials.priors.contact_phase, turn)
-    tight = trials.fit((*without.parts, part), np.array(start))
-    return [tight] if trials.is_sane(tight) else []
+    rung = np.array(PARTS[part].anchored(Numbers(*loose.numbers), trials.priors.contact_phase, turn))
+    # A fit without a disc leaves so much over that an anchor weighed against it would hold the phase off the data's.
+    variance = trials.variance_of(loose)
+    tight = [trials.fit((*without.parts, part), start, variance=variance) for start in (rung, loose.numbers)]
+    return [fit for fit in tight if trials.is_sane(fit)]
 
 
 class RunnerUp(NamedTuple):
@@ -157,7 +159,17 @@ class _Judge:
         return float((self.weights * fit.left.value**2).sum(dtype=float))
 
     def criterion(self, fit: Fitted | Trial) -> float:
-        return self._square(fit) / self.variance + sum(PRICES[part] for part in fit.parts) * self.penalty
+        numbers = sum(PRICES[part] for part in fit.parts) * self.penalty
+        return self._square(fit) / self.variance + numbers + _anchored(fit)
+
+
+def _anchored(fit: Fitted | Trial) -> float:
+    """What the anchors of a fit cost: squares of deviations."""
+    centre = Numbers(*fit.solution.problem.pull[0])
+    offsets = (
+        (getattr(Numbers(*fit.numbers), name) - getattr(centre, name), sd) for name, sd in anchors_of(fit.parts).items()
+    )
+    return float(sum((offset / sd) ** 2 for offset, sd in offsets))
 
 
 def _words(is_there: bool, is_wished: bool | None, gain: float) -> str:

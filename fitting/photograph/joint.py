@@ -92,13 +92,13 @@ def view_of(averaging: Averaging, variance: float, ratio: float, shape: tuple[in
 
 
 def _linear(member: Member, variance: float) -> Linear:
-    rest = eliminated(member)
+    rest = eliminated(member, variance)
     matrix, values = rest.matrix / variance, member.fit.matrix.values[rest.slots]
     pull = rest.pull / variance
     prior = np.array([member.priors.numbers[name] for name in rest.names]).reshape(-1, 2)
     place = int(np.flatnonzero(rest.core == NUMBERS.index("curvature"))[0])
     slope = rest.slope[place]
-    step = float((rest.inverse @ member.fit.matrix.gradient[rest.core])[place])
+    step = float(rest.step[place])
     return Linear(
         rest.names,
         matrix,

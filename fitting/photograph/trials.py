@@ -94,11 +94,16 @@ class Trials:
         solution = solve(first.solution.problem, weighted, first.numbers)
         return Trial(solution, self.reduced, self.fitted.parts)
 
-    def fit(self, parts: tuple[str, ...], numbers: np.ndarray, steps: int = _STEPS) -> Trial:
-        """A fit with parts from given numbers, of which those of other parts are left out."""
+    def fit(
+        self, parts: tuple[str, ...], numbers: np.ndarray, steps: int = _STEPS, variance: float | None = None
+    ) -> Trial:
+        """A fit with parts from given numbers, of which those of other parts are left out.
+
+        `variance`: of the light that priors are weighed against, that of the first trial unless given.
+        """
         shape = self.fitted.shape if self.fitted.orders < FEW else (BACKGROUND, CONTRAST)
         start = without(numbers, parts)
-        prior = self.priors.of(parts, start, self.variance)
+        prior = self.priors.of(parts, start, self.variance if variance is None else variance)
         problem = problem_of(self.model, self.fitted.fixed, parts, shape, prior)
         solution = solve(
             problem, self.reduced, start, tolerance=self.tolerance, rounds=_ROUNDS, near=_NEAR, steps=steps
