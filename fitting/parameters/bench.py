@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.parameters.light_numbers import light_entries
+from fitting.parameters.shape_numbers import shape_entries
 from fitting.parameters.table import TABLE, ParameterSpec
 from newtonjax.numerics import names_in, shown
 from newtonjax.scene import Camera, Scene, dot, frame, gap_height, middle, require_bench, required_gap
@@ -47,8 +48,9 @@ class Knob:
 
 def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
     """What can be moved by name: what every bench of a gap has; the radius where one face of it is curved, the wedge
-    angle where both are plane and not parallel; the conic constant where that face has one, be it 0; and the numbers of
-    a light that is more than one line, a source of a size, blur and aperture (`light_numbers`).
+    angle where both are plane and not parallel; of that face conic constant, the term in r⁴ ("asphere"), second radius
+    and axis where it has them, be they 0 (`shape_numbers`); and the numbers of a light that is more than one line, a
+    source of a size, blur and aperture (`light_numbers`).
 
     "screen" is its distance from the face that light leaves through. "plate_tilt_x" and "plate_tilt_y" turn all
     faces below the gap as one, about the vertex of the uppermost; so does
@@ -87,8 +89,7 @@ def knobs(scene: Scene, camera: Camera) -> dict[str, Knob]:
         return {knob.name: knob for knob in present}
     radius = 1 / float(scene.surfaces[face].curvature)
     present.insert(0, _knob("radius", radius, _radius(face), abs(radius)))
-    if (conic := scene.surfaces[face].conic) is not None:
-        present.append(_knob("conic", float(conic), _conic(face), 1.0))
+    present += [_knob(name, value, move, scale) for name, value, scale, move in shape_entries(scene, camera, face)]
     return {knob.name: knob for knob in present}
 
 
@@ -122,14 +123,6 @@ def _radius(face: int):
     def move(scene, camera, by):
         radius = 1 / scene.surfaces[face].curvature
         return eqx.tree_at(lambda s: s.surfaces[face].curvature, scene, 1 / (radius + by)), camera
-
-    return move
-
-
-@cache
-def _conic(face: int):
-    def move(scene, camera, by):
-        return eqx.tree_at(lambda s: s.surfaces[face].conic, scene, scene.surfaces[face].conic + by), camera
 
     return move
 

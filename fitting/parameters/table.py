@@ -55,6 +55,7 @@ _SPECS = (
     ParameterSpec("lens_index", "n", "", INDEX[:2], True),
     ParameterSpec("plate_index", "n", "", INDEX[:2], True),
     ParameterSpec("conic", "k"),
+    ParameterSpec("asphere", "A₄", "per_m3"),
     ParameterSpec("plate_radius", "R", "m", RADIUS[:2], False, "a plate of better known radius, or a flat one"),
     ParameterSpec("gap", "t", "m"),
     ParameterSpec("view_angle", "θ", "rad"),

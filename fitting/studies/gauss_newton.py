@@ -19,9 +19,10 @@ from newtonjax.methods import Chebyshev, unreached
 from newtonjax.numerics import jets
 from newtonjax.scene import Camera, Scene
 
-# Stages at most; steps of Gauss and Newton in each; of a stage the last step, over what the numbers have moved.
+# Stages at most; steps of Gauss and Newton in each; of a stage the last step, over what the numbers have moved, or, for
+# numbers that the image hardly determines and rounding moves by more, over their standard deviations.
 STAGES, STEPS = 8, 12
-SETTLED = 1e-9
+SETTLED, UNSEEN = 1e-9, 1e-7
 # Of normal equations with a unit diagonal the least eigenvalue, over their number, that is no rounding.
 ROUNDING = 1e-13
 # Rays that go side by side, about: their tangents stay in the cache.
@@ -174,6 +175,7 @@ class _Fit:
         move = _least(self.matrix, normal.gradient[:free])
         self.at = self.at - move
         settled = bool(abs(move).max() <= SETTLED * max(abs(self.at).max(), 1e-2))
+        settled |= bool(move @ self.matrix @ move <= UNSEEN**2)
         self.taken = 0 if settled else self.taken + 1
         if settled and self.stage < self.stages:
             # The fringes of the next stage are met where this one's slopes put them: else it may miscount them.

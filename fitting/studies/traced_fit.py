@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from fitting.studies.electrons import Moves, photoelectrons
-from fitting.studies.gauss_newton import ROUNDING, SETTLED, STAGES, STEPS, Problem, Slopes
+from fitting.studies.gauss_newton import ROUNDING, SETTLED, STAGES, STEPS, UNSEEN, Problem, Slopes
 from newtonjax.fields import product_sums, synthesize
 from newtonjax.methods import Chebyshev
 from newtonjax.verbs import from_changes, with_changes
@@ -43,6 +43,7 @@ def _solve(scene, camera, scales, weight, data, held, *, moves: Moves, nodes: in
         move, follow = _least(matrix, jnp.stack([normal.gradient[:free], along_held], axis=1)).T
         at = at - move
         settled = jnp.abs(move).max() <= SETTLED * jnp.maximum(jnp.abs(at).max(), 1e-2)
+        settled |= move @ matrix @ move <= UNSEEN**2
         # The fringes of the next stage are met where this one's slopes put them: else it may miscount them.
         at = jnp.where(settled & (stage < stages), at - follow / count, at)
         return (stage + settled.astype(int), stages, at, jnp.where(settled, 0, steps_here + 1), matrix, normal.misfit)

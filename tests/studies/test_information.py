@@ -68,6 +68,22 @@ def test_the_conic_constant_of_a_steep_lens_is_told_as_central_differences_say()
     )
 
 
+@pytest.mark.parametrize(
+    ("words", "steps"),
+    [
+        ({"asphere": (20.0, 1e5)}, {"asphere": 1e-3}),
+        ({"radius_across": 0.11, "axis": 0.3}, {"radius_across": 1e-8, "astigmatism_axis": 1e-5}),
+    ],
+)
+def test_terms_and_radii_of_a_shape_are_told_as_central_differences_say(words, steps):
+    scene = nj.newton_rings(0.1, 550e-9, gap=0.3e-6, screen=1e-3, **words)
+    steps = {"radius": 1e-8, "gap": 1e-4} | steps
+    fisher = information(scene, CAMERA, free=tuple(steps)).matrix
+    exact = by_differences(scene, CAMERA, tuple(steps), steps)
+    size = np.sqrt(np.diag(exact))
+    np.testing.assert_allclose(fisher / np.outer(size, size), exact / np.outer(size, size), rtol=0, atol=1e-5)
+
+
 def test_bounds_are_those_of_the_inverse_of_central_differences():
     names = ("radius", "gap", "centre_x", "centre_y", "exposure")
     found, exact = information(bench(), CAMERA, free=names), by_differences(bench(), CAMERA, names)
