@@ -59,7 +59,7 @@ def form_of_frames(images: Any, request: Request, transfer: Any, mask: Any, *, i
     if request.pupil is None and known_sd is None:
         warnings.append(Reason.PUPIL_NOT_SEEN(radius=pupil.radius))
     blank = {"pupil": pupil, "pupil_sd": known_sd, "photograph": frames.photograph, "reading": scale}
-    first = _best(frames, starts(frames, _FIRST))
+    first = best_fit(frames, starts(frames, _FIRST))
     if not is_speckled and not (first.converged and _inflation(frames, first) < CONTRADICTORY):
         first = _with_tilts(frames, first)
     explained = _explained(frames, first)
@@ -118,7 +118,7 @@ def form_of_frames(images: Any, request: Request, transfer: Any, mask: Any, *, i
     )
 
 
-def _best(frames: Frames, trials: Iterable[Start]) -> FramesFit:
+def best_fit(frames: Frames, trials: Iterable[Start]) -> FramesFit:
     return min((fit_frames(frames, *start) for start in trials), key=lambda fit: fit.variance)
 
 
@@ -126,7 +126,7 @@ def _with_tilts(frames: Frames, first: FramesFit) -> FramesFit:
     """The optimum by starts with tilts, on fewer pixels, where it explains more than the first one."""
     few, start = coarse(frames), starts(frames, _FIRST)[0]
     fewer = few._replace(light=few.light[:, ::_THINNED], u=few.u[::_THINNED], v=few.v[::_THINNED])
-    fit = refit_frames(frames, _best(fewer, tilted_starts(few, _FIRST, start)), _FIRST)
+    fit = refit_frames(frames, best_fit(fewer, tilted_starts(few, _FIRST, start)), _FIRST)
     return min(fit, first, key=lambda fit: fit.variance)
 
 
@@ -188,14 +188,14 @@ def _leaving_out(frames: Frames, fit: FramesFit) -> list[FramesFit]:
     if count < _LEAVING_OUT:
         return []
     beside = [np.delete(np.arange(count), k) for k in range(count)]
-    return [refit_frames(_chosen(frames, rest), _with_own(fit, rest), 3 + len(fit.form)) for rest in beside]
+    return [refit_frames(chosen_frames(frames, rest), with_own(fit, rest), 3 + len(fit.form)) for rest in beside]
 
 
-def _chosen(frames: Frames, places: np.ndarray) -> Frames:
+def chosen_frames(frames: Frames, places: np.ndarray) -> Frames:
     return frames._replace(light=frames.light[places])
 
 
-def _with_own(fit: FramesFit, places: np.ndarray) -> FramesFit:
+def with_own(fit: FramesFit, places: np.ndarray) -> FramesFit:
     """A fit as a start for some of its frames."""
     return replace(fit, own=fit.own[places], gains=fit.gains[places])
 
