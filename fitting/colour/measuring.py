@@ -14,7 +14,7 @@ from fitting.colour.palette import Lines, of_lamp
 from fitting.colour.profiles import Profiles, profiles_of
 from fitting.colour.scatter import deviation_of_rate
 from fitting.colour.solver import optimum
-from fitting.colour.variants import Variant, variants_of
+from fitting.colour.variants import Variant, spread_among, variants_of
 from fitting.colour.waveform import View, gaps
 from fitting.photo import Photograph, Rings
 
@@ -63,7 +63,7 @@ class ColourFit:
     @property
     def spread(self) -> float:
         """Standard deviation of the log rate among admissible models."""
-        return float(np.sqrt(np.mean([variant.excess for variant in self.variants]))) if self.variants else 0.0
+        return spread_among(self.variants, self.deviation)
 
     @property
     def explained(self) -> Float[np.ndarray, " channels"]:

@@ -53,6 +53,17 @@ def variants_of(fit: LampFit, deviation: float) -> list[Variant]:
     return variants
 
 
+def spread_among(variants: list[Variant], deviation: float) -> float:
+    """Standard deviation of the log rate among admissible models; `deviation` of the best one by noise.
+
+    A model that noise moves far says little of an error of the best one: it counts by one over its variance.
+    """
+    if not variants:
+        return 0.0
+    weights = [1 / (variant.noise**2 + deviation**2) for variant in variants]
+    return float(np.sqrt(np.average([variant.excess for variant in variants], weights=weights)))
+
+
 def _problems(fit: LampFit) -> dict[str, Problem]:
     base = fit.problem
     rate, squares = np.exp(fit.optimum.curve.log_rate), base.profiles.squares

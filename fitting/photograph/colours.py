@@ -33,8 +33,8 @@ _CERTAIN = 0.99
 # Share of the largest lit area that a channel must have.
 _LEAST_LIT = 0.5
 # Of a JPEG's fringe scale (the rms error of made ones, experiments/truth/colour_pairs.py): its channels have the fine
-# rings of their mean.
-_COMPRESSED = 7e-4
+# rings of their mean. Whatever else is in the budget, it is no better.
+_COMPRESSED = 5.5e-4
 
 
 def fit_channels(task: Task, rings: Rings, light: LampLight, arguments: dict[str, Any]) -> FitResult:
@@ -96,15 +96,21 @@ def scatter_of_channels(fit: ColourFit) -> tuple[float, float]:
 
 
 def _rows(fit: ColourFit, photographs: tuple[Photograph, ...]) -> list[tuple[str, float]]:
-    """Relative standard deviations of the fringe scale, by source."""
+    """Relative standard deviations of the fringe scale, by source: each row is what those before it do not show."""
     by_channels, _ = scatter_of_channels(fit)
     may_be_jpeg = len(photographs) > 1 and photographs[0].transfer == "srgb"
+    of_light = float(np.hypot(fit.spread, _beyond(by_channels, fit.spread)))
     return [
         ("noise", fit.deviation),
         ("models of the light", fit.spread),
-        ("channels", by_channels),
-        ("compression", _COMPRESSED if may_be_jpeg else 0.0),
+        ("channels", _beyond(by_channels, fit.spread)),
+        ("compression", _beyond(_COMPRESSED, float(np.hypot(fit.deviation, of_light))) if may_be_jpeg else 0.0),
     ]
+
+
+def _beyond(deviation: float, shown: float) -> float:
+    """What a standard deviation has beyond another one of the same error."""
+    return float(np.sqrt(max(deviation**2 - shown**2, 0.0)))
 
 
 def _numbers(task: Task, fit: ColourFit, photographs: tuple[Photograph, ...], light: LampLight) -> dict[str, Any]:

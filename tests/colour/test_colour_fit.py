@@ -8,6 +8,7 @@ from experiments.truth.colour_pictures import Truth, picture, responses
 from fitting.colour import BANDS_ALONE, ONE_LINE, ColourReason
 from fitting.colour.amplitudes import background, solve
 from fitting.colour.palette import Lines, lines_of_lamp, of_lamp
+from fitting.colour.variants import Variant, spread_among
 from fitting.colour.waveform import Curve, View, waves
 from fitting.photograph.colours import doubt_of
 from fitting.photograph.light_words import LampLight
@@ -109,6 +110,14 @@ def test_faint_rings_are_not_taken_for_cut_off_ones(mercury):
     assert result.status == "ok"
     assert "CHANNELS_CLIPPED" not in result.warning_codes
     assert abs(result.radius - 0.15) < 2.5 * result.radius_sd < 0.01 * 0.15
+
+
+def test_a_model_that_noise_moves_far_says_little_of_the_best_one():
+    steady, loose = Variant("steady", 3e-5, 1e-5), Variant("loose", 1e-3, 6e-4)
+    assert spread_among([steady], 2e-5) == pytest.approx(np.sqrt(steady.excess))
+    assert spread_among([steady, steady._replace(shift=0.5e-5)], 2e-5) == pytest.approx(np.sqrt(steady.excess / 2))
+    # Half of the sum of squares would be 5.7e-4.
+    assert spread_among([steady, loose], 2e-5) < 6e-5
 
 
 def test_another_lamp_is_refused_with_the_name_of_the_right_one(mercury):
