@@ -1,5 +1,6 @@
 """From a file to light, mask and block means; and rings in it without a start, and what speaks for them."""
 
+from fitting.photo.bent_rings import bent as bent
 from fitting.photo.codes import thin as thin
 from fitting.photo.evidence import PLANE as PLANE
 from fitting.photo.evidence import RingEvidence as RingEvidence
@@ -9,6 +10,7 @@ from fitting.photo.evidence import median as median
 from fitting.photo.evidence import noise_variance as noise_variance
 from fitting.photo.frames import frames_of as frames_of
 from fitting.photo.masks import checked_mask as checked_mask
+from fitting.photo.matched_filter import Bend as Bend
 from fitting.photo.matched_filter import Rings as Rings
 from fitting.photo.matched_filter import polish as polish
 from fitting.photo.matched_filter import search as search
@@ -29,6 +31,7 @@ from fitting.photo.start import find_rings as find_rings
 from fitting.photo.start import follow as follow
 from fitting.photo.start import search_of as search_of
 from fitting.photo.start import settled as settled
+from fitting.photo.view import View as View
 from fitting.photo.view import box_of as box_of
 from fitting.photo.view import flatten as flatten
 from fitting.photo.view import pixels_of as pixels_of

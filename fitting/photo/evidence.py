@@ -156,8 +156,8 @@ class Tiles:
         rows, columns = view.means.shape
         size = int(np.clip(np.sqrt(rows * columns / count), _SMALLEST_TILE, min(rows, columns)))
         variance = noise_variance(view.means, view.mask)
-        x, y = np.arange(columns) - rings.centre[0], np.arange(rows)[:, None] - rings.centre[1]
-        turns = (rings.scale * (x**2 + y**2) + rings.phase) % 1.0
+        r2 = rings.squared_distance(np.arange(columns), np.arange(rows)[:, None])
+        turns = (rings.scale * r2 + rings.phase) % 1.0
         tables = (view.means, view.mask, 2 * np.pi * turns)
         light, used, phase = (_cut(table.astype(np.float32), size) for table in tables)
         used *= used.mean(axis=2, keepdims=True) >= 0.5

@@ -7,6 +7,7 @@ phasors by two matrix products, on which the same filter runs again.
 """
 
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import fft
@@ -20,30 +21,69 @@ _BLOCKS = 32
 _COARSEST, _RESOLVED = 128, 0.2
 
 
+class Bend(NamedTuple):
+    """What makes circles ellipses, and what a camera's distortion makes of them: numbers of the model's parts.
+
+    `stretch`, `shear`, `distortion`: as in `fitting.model`; `middle` (x, y) and `unit` [px]: of the frame, and half of
+    its diagonal.
+    """
+
+    stretch: float
+    shear: float
+    distortion: float
+    middle: tuple[float, float]
+    unit: float
+
+    def squared_distance(self, x: Any, y: Any, centre: tuple[float, float]) -> Any:
+        """Squared distance on the object [px²] of pixels from the rings' centre: dᵀ exp([[a, b], [b, -a]]) d."""
+        (at_x, at_y), (from_x, from_y) = self._on_object(x, y), self._on_object(*centre, most=1.0)
+        dx, dy = at_x - from_x, at_y - from_y
+        m = float(np.hypot(self.stretch, self.shear))
+        odd = np.sinh(m) / m if m > 1e-12 else 1.0
+        lean = self.stretch * (dx * dx - dy * dy) + 2 * self.shear * dx * dy
+        return np.cosh(m) * (dx * dx + dy * dy) + odd * lean
+
+    def _on_object(self, x: Any, y: Any, most: float = np.inf) -> tuple[Any, Any]:
+        x, y = x - self.middle[0], y - self.middle[1]
+        factor = 1 + self.distortion * np.minimum((x * x + y * y) / self.unit**2, most)
+        return x * factor, y * factor
+
+
 @dataclass(frozen=True)
 class Rings:
     """Where the rings are: fringe scale k = s²/(R λ) [turns per pixel²], centre (x, y) [px], and phase.
 
     The phase [turns] is that of the cosine at the centre. `match` is the share of the image's fringe power (background
-    and envelope divided out) that the rings explain.
+    and envelope divided out) that the rings explain. `bend`: None of circles.
     """
 
     scale: float
     centre: tuple[float, float]
     phase: float
     match: float
+    bend: Bend | None = None
+
+    def squared_distance(self, x: Any, y: Any) -> Any:
+        """Of pixels from the centre, on the object [px²]."""
+        if self.bend is not None:
+            return self.bend.squared_distance(x, y, self.centre)
+        return (x - self.centre[0]) ** 2 + (y - self.centre[1]) ** 2
 
     def on_blocks(self, factor: float | int, corner: tuple[float | int, float | int] = (0, 0)) -> "Rings":
         """The same rings on blocks of `factor` pixels a side, the first one's first pixel being `corner` (x, y)."""
-        offset = (factor - 1) / 2
-        x, y = (float((c - zero - offset) / factor) for c, zero in zip(self.centre, corner, strict=True))
-        return Rings(self.scale * factor**2, (x, y), self.phase, self.match)
+        return self._moved([zero + (factor - 1) / 2 for zero in corner], float(factor))
 
     def on_pixels(self, factor: float | int, corner: tuple[float | int, float | int] = (0, 0)) -> "Rings":
         """The rings of such blocks on the pixels."""
-        offset = (factor - 1) / 2
-        x, y = (float(factor * c + offset + zero) for c, zero in zip(self.centre, corner, strict=True))
-        return Rings(self.scale / factor**2, (x, y), self.phase, self.match)
+        return self._moved([-(zero + (factor - 1) / 2) / factor for zero in corner], 1 / factor)
+
+    def _moved(self, first: list[float], unit: float) -> "Rings":
+        """On places that are counted from `first` (x, y) in units."""
+        (x, y), bend = ((at - zero) / unit for at, zero in zip(self.centre, first, strict=True)), self.bend
+        if bend is not None:
+            middle_x, middle_y = ((at - zero) / unit for at, zero in zip(bend.middle, first, strict=True))
+            bend = bend._replace(middle=(middle_x, middle_y), unit=bend.unit / unit)
+        return Rings(self.scale * unit**2, (float(x), float(y)), self.phase, self.match, bend)
 
     def finest(self, shape: tuple[int, int]) -> float:
         """Largest frequency of the fringes over a frame [rows, columns], in cycles per pixel."""

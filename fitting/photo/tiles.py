@@ -21,7 +21,7 @@ def from_tiles(tile_of: Callable[[int, int, int], np.ndarray], shape: tuple[int,
     squares over these. None where no three agree.
     """
     size = min(_TILE, *shape)
-    places, waves = _waves(tile_of, shape, size)
+    places, waves = waves_of(tile_of, shape, size)
     first, second = np.triu_indices(len(places), 1)
     apart = places[second] - places[first]
     length2 = (apart**2).sum(axis=1)
@@ -45,7 +45,7 @@ def from_tiles(tile_of: Callable[[int, int, int], np.ndarray], shape: tuple[int,
     return Rings(abs(slope) / 2, (x, y), 0.0, 0.0)
 
 
-def _waves(tile_of, shape: tuple[int, int], size: int) -> tuple[np.ndarray, np.ndarray]:
+def waves_of(tile_of, shape: tuple[int, int], size: int) -> tuple[np.ndarray, np.ndarray]:
     """Middles (x, y) [px] of the tiles that hold something, and the strongest wave vector of each [cycles per px]."""
     down, across = (np.unique(np.linspace(0, n - size, _ACROSS).round().astype(int)).tolist() for n in shape)
     corners = [(x, y) for y in down for x in across]

@@ -6,13 +6,13 @@ import numpy as np
 
 from fitting.parameters import lens_misfit
 from fitting.photo import Rings, evidence_of, follow, pixels_of, resolving_view, search_of
-from fitting.photograph.second_look import rings_in_the_middle, rings_without_spots
+from fitting.photograph.second_look import bent_rings, rings_in_the_middle, rings_without_spots
 from fitting.photograph.sharp_rings import refusal_of_sharp_rings
 from fitting.photograph.task import Task
 from fitting.photograph.verdict import RefusedError
 
-# A match below this is chance, and says nothing of the lens.
-_LEAST_MATCH = 0.05
+# A match below this is chance, and says nothing of the lens; one above is that of circles.
+_LEAST_MATCH, _CIRCLES = 0.05, 0.5
 
 
 def find(task: Task) -> tuple[Task, Rings]:
@@ -33,13 +33,15 @@ def find(task: Task) -> tuple[Task, Rings]:
     reach = float(np.hypot(x - rings.centre[0], y - rings.centre[1]).max())
     if rings.match >= _LEAST_MATCH and (reason := lens_misfit(task.quantities, rings.scale, reach)):
         raise RefusedError(reason, photograph)
-    if evidence is not None and no_rings:
-        if refusal := refusal_of_sharp_rings(task, rings, evidence):
+    if evidence is not None and view is not None and (no_rings or rings.match < _CIRCLES):
+        if no_rings and (refusal := refusal_of_sharp_rings(task, rings, evidence)):
             raise refusal
-        clearer = rings_without_spots(photograph) or rings_in_the_middle(photograph)
-        if clearer is None:
+        clearer = bent_rings(photograph, view, rings.match)
+        if no_rings and clearer is None:
+            clearer = rings_without_spots(photograph) or rings_in_the_middle(photograph)
+        if no_rings and clearer is None:
             raise RefusedError(no_rings, photograph)
-        photograph, rings = clearer
+        photograph, rings = clearer or (photograph, rings)
     return replace(task, photograph=photograph), rings
 
 

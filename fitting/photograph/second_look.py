@@ -1,4 +1,4 @@
-"""Rings that a first look has missed: beneath dust, a cross hair or print, or in the middle of a photograph only."""
+"""Rings that a first look has missed: no circles, beneath dust, a cross hair or print, or in the middle only."""
 
 from dataclasses import replace
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 from scipy import ndimage
 
-from fitting.photo import Photograph, Rings, box_of, evidence_of, find_rings, median, thin, view_of
+from fitting.photo import Bend, Photograph, Rings, View, bent, box_of, evidence_of, find_rings, median, thin, view_of
 from fitting.reasons import Reason
 
 # Radius of the middle, over the root of the lit box's area.
@@ -16,11 +16,33 @@ _REACH = 0.25
 # cross hair have 0.38, 0.56, 0.96 and 17.
 _MATCH, _SHARE, _COHERENCE, _ORDERS = 0.3, 0.5, 0.93, 12.0
 
+# Match of rings that are no circles, at least, and over that of the best circles: made ones have 0.8 and more, where
+# circles have less than 0.5, and spirals of arms up to 0.4.
+_BENT, _BETTER = 0.5, 1.5
 # Light beyond so many robust standard deviations is no cosine's, whose crests are at 0.95 of them, noise and all;
 # blocks around it that its edge may dim; shares of the field that such spots may take.
 _BEYOND, _EDGE, _SPOTS = 4.0, 2, (0.002, 0.4)
 # Degree of the background, and rounds of it without spots.
 _DEGREE, _ROUNDS = 4, 4
+
+
+def bent_rings(photograph: Photograph, view: View, circles: float) -> tuple[Photograph, Rings] | None:
+    """The photograph and rings that are ellipses, or that the camera distorts; None without clear ones.
+
+    `circles`: the match of the best of these, than which it has to be much better.
+    """
+    middle_y, middle_x = ((n - 1) / 2 for n in photograph.mask.shape)
+    middle = (middle_x, middle_y)
+    frame = Rings(1.0, middle, 0.0, 0.0, Bend(0.0, 0.0, 0.0, middle, float(np.hypot(*middle))))
+    shown = view.shown(frame).bend
+    rings = None if shown is None else bent(view.fringes, shown.middle, shown.unit)
+    if (
+        rings is None
+        or rings.match < max(_BENT, _BETTER * circles)
+        or evidence_of(photograph, rings := view.placed(rings)).reason
+    ):
+        return None
+    return photograph, rings
 
 
 def rings_without_spots(photograph: Photograph) -> tuple[Photograph, Rings] | None:

@@ -5,9 +5,20 @@ from dataclasses import replace
 import numpy as np
 
 from fitting.estimate import Fitted, Noise, finely, frame_on, moved_to, residuals_of, robust_fit, sharpened
-from fitting.model import AXIS, GapModel, Microscope, microscope_on, plate_curvature, scene_start, sphere_of
+from fitting.model import (
+    AXIS,
+    PARTS,
+    WARPS,
+    GapModel,
+    Microscope,
+    microscope_on,
+    numbers_of,
+    plate_curvature,
+    scene_start,
+    sphere_of,
+)
 from fitting.parameters import Numbers, held_turns
-from fitting.photo import Photograph, Rings, block_size, pixels_of, reduce, settled
+from fitting.photo import Photograph, Rings, block_size, noise_variance, pixels_of, reduce, settled
 from fitting.photograph.averaging import variance_of
 from fitting.photograph.choice import Choice, averaged
 from fitting.photograph.clusters import with_shift_to_mean
@@ -79,7 +90,8 @@ def _plain(task: Task, rings: Rings, before: Fitted | None = None) -> Fitted:
     if "gap" in fixed:
         phase = held_turns(fixed, task.quantities) + task.contact_phase
     axis = {name: task.priors[name].value for name in AXIS if name in task.priors}
-    numbers = Numbers(rings.scale * frame.unit**2, x, y, phase, **axis)
+    bend, parts = _bend(task, rings)
+    numbers = Numbers(rings.scale * frame.unit**2, x, y, phase, **axis, **bend)
     start = np.array(numbers)
     # A few fringes leave the search uncertain by as much as this.
     starts = [start, *(np.array(numbers._replace(curvature=k * numbers.curvature)) for k in (0.6, 1.6))]
@@ -89,7 +101,18 @@ def _plain(task: Task, rings: Rings, before: Fitted | None = None) -> Fitted:
     side = Microscope(touching=task.contact_phase, modulo=float("gap" not in fixed))
     model = GapModel(frame_on(reduced.grid, start), sphere_of(given, rings.scale), plate_curvature(given))
     model = replace(model, microscope=microscope_on(given, numbers, frame, side))
-    return finely(robust_fit(model, reduced, starts, fixed), photograph)
+    if not parts:
+        return finely(robust_fit(model, reduced, starts, fixed), photograph)
+    # Circles are not near these rings, so priors alone hold the parts, against no more than the noise.
+    prior = _priors(task).of(parts, start, noise_variance(reduced.light, reduced.used))
+    return finely(robust_fit(model, reduced, starts[:1], fixed, parts, prior), photograph)
+
+
+def _bend(task: Task, rings: Rings) -> tuple[dict[str, float], tuple[str, ...]]:
+    """Numbers of rings that are no circles, and the parts that these belong to, of those that are not excluded."""
+    numbers = {} if rings.bend is None else rings.bend._asdict()
+    parts = [part for part in WARPS if task.wishes.get(part, True) and set(PARTS[part].parameters) & set(numbers)]
+    return {name: numbers[name] for name in numbers_of(parts) if name in numbers}, tuple(parts)
 
 
 def _block(photograph: Photograph, rings: Rings) -> int:
