@@ -156,7 +156,9 @@ class Tiles:
         rows, columns = view.means.shape
         size = int(np.clip(np.sqrt(rows * columns / count), _SMALLEST_TILE, min(rows, columns)))
         variance = noise_variance(view.means, view.mask)
-        r2 = rings.squared_distance(np.arange(columns), np.arange(rows)[:, None])
+        x, y = np.arange(columns), np.arange(rows)[:, None]
+        circles = (x - rings.centre[0]) ** 2 + (y - rings.centre[1]) ** 2
+        r2 = circles if rings.bend is None else rings.bend.squared_distance(x, y, rings.centre)
         turns = (rings.scale * r2 + rings.phase) % 1.0
         tables = (view.means, view.mask, 2 * np.pi * turns)
         light, used, phase = (_cut(table.astype(np.float32), size) for table in tables)

@@ -63,12 +63,6 @@ class Rings:
     match: float
     bend: Bend | None = None
 
-    def squared_distance(self, x: Any, y: Any) -> Any:
-        """Of pixels from the centre, on the object [px²]."""
-        if self.bend is not None:
-            return self.bend.squared_distance(x, y, self.centre)
-        return (x - self.centre[0]) ** 2 + (y - self.centre[1]) ** 2
-
     def on_blocks(self, factor: float | int, corner: tuple[float | int, float | int] = (0, 0)) -> "Rings":
         """The same rings on blocks of `factor` pixels a side, the first one's first pixel being `corner` (x, y)."""
         return self._moved([zero + (factor - 1) / 2 for zero in corner], float(factor))

@@ -18,7 +18,7 @@ from fitting.model import (
     sphere_of,
 )
 from fitting.parameters import Numbers, held_turns
-from fitting.photo import Photograph, Rings, block_size, noise_variance, pixels_of, reduce, settled
+from fitting.photo import Bend, Photograph, Rings, block_size, noise_variance, pixels_of, reduce, settled
 from fitting.photograph.averaging import variance_of
 from fitting.photograph.choice import Choice, averaged
 from fitting.photograph.clusters import with_shift_to_mean
@@ -90,7 +90,7 @@ def _plain(task: Task, rings: Rings, before: Fitted | None = None) -> Fitted:
     if "gap" in fixed:
         phase = held_turns(fixed, task.quantities) + task.contact_phase
     axis = {name: task.priors[name].value for name in AXIS if name in task.priors}
-    bend, parts = _bend(task, rings)
+    bend, parts = ({}, ()) if rings.bend is None else _bend(task, rings.bend)
     numbers = Numbers(rings.scale * frame.unit**2, x, y, phase, **axis, **bend)
     start = np.array(numbers)
     # A few fringes leave the search uncertain by as much as this.
@@ -108,9 +108,9 @@ def _plain(task: Task, rings: Rings, before: Fitted | None = None) -> Fitted:
     return finely(robust_fit(model, reduced, starts[:1], fixed, parts, prior), photograph)
 
 
-def _bend(task: Task, rings: Rings) -> tuple[dict[str, float], tuple[str, ...]]:
+def _bend(task: Task, bend: Bend) -> tuple[dict[str, float], tuple[str, ...]]:
     """Numbers of rings that are no circles, and the parts that these belong to, of those that are not excluded."""
-    numbers = {} if rings.bend is None else rings.bend._asdict()
+    numbers = bend._asdict()
     parts = [part for part in WARPS if task.wishes.get(part, True) and set(PARTS[part].parameters) & set(numbers)]
     return {name: numbers[name] for name in numbers_of(parts) if name in numbers}, tuple(parts)
 
