@@ -10,7 +10,7 @@ the syntax of `str.format`, and may be put better. A translation is a table from
 
 from enum import unique
 
-from fitting.wordings import BeamWords, FormWords, GridWords, StudyWords, TogetherWords
+from fitting.wordings import BeamWords, FormWords, GridWords, RivalWords, StudyWords, TogetherWords
 from newtonjax.numerics import Wording
 
 
@@ -120,10 +120,10 @@ class Reason(Wording):
     )
 
     # What else may have made the rings.
-    RIVAL_ASTRAY = (
-        "in {share:.0%} of the field the fringes are not where a sphere's would be: a spiral, circles of another law, "
-        "rings of which part was found, a surface that is no sphere (use form); mask what is not of one ring system"
-    )
+    RIVAL_ASTRAY = RivalWords.ASTRAY
+    HELD_CONTRADICTED = RivalWords.HELD_CONTRADICTED
+    RIVAL_WEAK_LIGHT = RivalWords.WEAK_LIGHT
+    RIVAL_WEAK_LIGHT_APART = RivalWords.WEAK_LIGHT_APART
     RIVAL_SHARP_FRINGES = "sharper fringes than two beams make (harmonics {second:.2g} and {third:.2g}): more beams"
     RIVAL_CUT_FRINGES = "crests or troughs are cut off (harmonics {second:.2g} and {third:.2g}); expose less"
     RIVAL_SECOND_SYSTEM = (

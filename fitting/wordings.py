@@ -20,6 +20,29 @@ class BeamWords:
     )
 
 
+class RivalWords:
+    """Of what else may have made the rings."""
+
+    ASTRAY = (
+        "in {share:.0%} of the field the fringes are not where a sphere's would be: a spiral, circles of another law, "
+        "rings of which part was found, a surface that is no sphere (use form); mask what is not of one ring system"
+    )
+    WEAK_LIGHT = (
+        "part of the field was left out since it is lit weakly, and in {share:.0%} of the field rings that are seen "
+        "there are not where the fit puts them: their spacing differs by {spacing:.1%}, which is a row of the budget; "
+        "light the field evenly, or turn the camera towards the rings"
+    )
+    WEAK_LIGHT_APART = (
+        "the bright and the weakly lit part of the field contradict each other: in {share:.0%} of it rings are not "
+        "where those of the bright part continue, by {spacing:.0%} of their spacing, and no one radius explains both; "
+        "light the field evenly, look along the normal, or mask one part"
+    )
+    HELD_CONTRADICTED = (
+        "the picture contradicts the held {name}: left free it comes out as {place}, {ratio:.1f} standard deviations "
+        "away; where the held value is wrong, so is the answer: leave it free, unless it is known otherwise"
+    )
+
+
 class StudyWords:
     """Of draws from a posterior, and of studies of a bench."""
 

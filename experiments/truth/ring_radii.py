@@ -22,8 +22,12 @@ PHOTOGRAPHS = {
     **dict.fromkeys(
         [
             *("phone_1m_crosshair_a.jpg", "phone_1m_crosshair_b.jpg", "phone_1m_dark.jpg", "phone_flat_contact.jpg"),
-            *("phone_blurred_cropped.jpg", "eyepiece_off_centre.jpg", "eyepiece_centre_at_rim.jpg"),
-            *("eyepiece_arcs.jpg", "eyepiece_centre_outside.jpg"),
+            *(
+                "eyepiece_off_centre.jpg",
+                "eyepiece_centre_at_rim.jpg",
+                "eyepiece_arcs.jpg",
+                "eyepiece_centre_outside.jpg",
+            ),
         ],
         SODIUM,
     ),

@@ -13,6 +13,11 @@ from fitting.photo.smoothing import smooth
 _BAND = 64
 # A code this near the top of its range no longer follows the light.
 SATURATED = 0.98
+# The stop's edge is where light has fallen to this share of the field's; where this has fallen to that share of its
+# brightest part, it ends without one.
+_EDGE, _FAINTEST = 0.35, 0.08
+# What is near the edge: widths of the blur, and the least share of the field in it; and rounds that look for more.
+_NEARBY, _BESIDE, _ROUNDS = 5.0, 0.02, 12
 
 
 @dataclass(frozen=True)
@@ -181,8 +186,10 @@ def not_wild(codes: Codes, lit: np.ndarray) -> np.ndarray:
     return np.ones(codes.shape, bool) if high == low else codes.between(2 * low - high, 2 * high - low)
 
 
-def lit_field(codes: Codes) -> np.ndarray:
-    """The part of the frame inside the field stop: everything, unless one bright region stands in a dark surround.
+def lit_field(codes: Codes) -> tuple[np.ndarray, np.ndarray | None]:
+    """The part of the frame inside the field stop, and what beyond it is lit, but more weakly; None for nothing.
+
+    Everything is inside, unless one bright region stands in a dark surround.
 
     Wide dark rings are no surround: there are other bright ones beyond them, or the dark is a small part of the frame,
     or it is far from even (numbers from real stops and from rendered rings of 0.1 to 10 m).
@@ -193,21 +200,40 @@ def lit_field(codes: Codes) -> np.ndarray:
     width /= factor
     blurred = smooth(codes.means(factor)[0], width)
     if np.ptp(blurred) == 0:
-        return everything
+        return everything, None
     bright = blurred > _threshold(blurred)
     high, low = blurred[bright].mean(), blurred[~bright].mean()
     field = _largest(np.asarray(ndimage.binary_fill_holes(bright)))
     dark = np.asarray(ndimage.binary_erosion(~field, iterations=round(2 * width), border_value=1), bool)
     if low > 0.5 * high or dark.mean() < 0.15 or (bright & ~field).sum() > 0.01 * bright.sum():
-        return everything
+        return everything, None
     if np.subtract(*np.percentile(blurred[dark], [90, 10])) > 0.65 * (high - low):
-        return everything
+        return everything, None
     # Near halfway down the edge lies the stop; the blur's width further in, light is no longer cut.
-    field = _largest(np.asarray(ndimage.binary_fill_holes(blurred > low + 0.35 * (high - low))))
-    field = ndimage.binary_erosion(field, iterations=round(width), border_value=1)
+    field = _largest(np.asarray(ndimage.binary_fill_holes(blurred > low + _EDGE * (high - low))))
+    black = min(low, float(np.percentile(blurred[dark], 10)))
+    wider = _grown(field, blurred - black, _FAINTEST * (high - black), _NEARBY * width)
+    field, wider = (ndimage.binary_erosion(one, iterations=round(width), border_value=1) for one in (field, wider))
     rows, columns = (np.minimum(np.arange(n) // factor, m - 1) for n, m in zip(codes.shape, field.shape, strict=True))
     # Whole rows at a time: both indices at once take ten times as long.
-    return field[:, columns][rows]
+    bright, dim = (one[:, columns][rows] for one in (field, wider & ~field))
+    return bright, dim
+
+
+def _grown(field: np.ndarray, light: np.ndarray, faintest: float, width: float) -> np.ndarray:
+    """A field and what is lit beyond it, where light falls off by more than it does at a stop.
+
+    The stop is looked for next to the field again, by the light that the field has nearby, until nothing is added.
+    `light`: above the dark surround; below `faintest` nothing is part of it; `width` [blocks]: of what is nearby.
+    """
+    for _ in range(_ROUNDS):
+        near = smooth(field.astype(float), width)
+        nearby = smooth(np.where(field, light, 0.0), width) / np.maximum(near, _BESIDE)
+        wider = _largest(field | ((near > _BESIDE) & (light > np.maximum(_EDGE * nearby, faintest))))
+        added, field = np.count_nonzero(wider & ~field), wider
+        if added < 1e-3 * field.size:
+            break
+    return np.asarray(ndimage.binary_fill_holes(field))
 
 
 def _threshold(values: np.ndarray) -> float:

@@ -13,6 +13,8 @@ from fitting.photo.masks import checked_mask
 from fitting.reasons import Reason
 from newtonjax.numerics import require_memory, shown
 
+# Why pixels are not used, in the order in which they are asked.
+_LEFT_OUT = ("masked, hot or dead", "dark", "lit weakly", "saturated")
 _CHANNELS = ("red", "green", "blue")
 
 
@@ -25,6 +27,8 @@ class Photograph:
     - `lit` [rows, columns]: as `mask`, with saturated pixels: bright they are, and a search that took them for nothing
       would find the rings of the mask.
     - `channel`: which was taken; `transfer`: how codes became light; `warnings`: what a person should know.
+    - `dim` [rows, columns]: beyond `lit`, but within the field stop: usable but for its weak light; None for nothing.
+    - `left_out`: pixels that are not in `mask`, by reason.
     - `has_two_levels`: whether pixels are light or dark and nothing between; `is_uniform`: whether all usable ones have
       one code.
     """
@@ -37,6 +41,8 @@ class Photograph:
     warnings: list[str] = field(default_factory=list)
     has_two_levels: bool = False
     is_uniform: bool = False
+    dim: np.ndarray | None = None
+    left_out: dict[str, int] = field(default_factory=dict)
 
     @cached_property
     def image(self) -> np.ndarray:
@@ -128,12 +134,18 @@ def _photograph(planes: Planes, label: str, transfer: str | float | None, mask, 
     lit, has_two_levels = planes.visible, planes.has_two_levels
     if not np.issubdtype(plane.dtype, np.integer):
         lit &= np.isfinite(plane)
-    lit &= not_wild(codes, lit) & lit_field(codes)
+    lit &= not_wild(codes, lit)
     if mask is not None:
         lit &= checked_mask(mask, plane.shape)
     # Of two levels one is no saturation.
     follows = below(plane, np.inf if has_two_levels else saturation(plane, top))
+    bright, dim = lit_field(codes)
+    dim = None if dim is None else dim & lit & follows
+    allowed, lit = np.count_nonzero(lit), lit & bright
     usable = lit & follows
+    counts = [lit.size, allowed, np.count_nonzero(lit) + (0 if dim is None else np.count_nonzero(dim))]
+    counts += [np.count_nonzero(lit), np.count_nonzero(usable)]
+    left_out = dict(zip(_LEFT_OUT, (-np.diff(counts)).tolist(), strict=True))
     is_uniform = codes.is_uniform(usable)
     share = 1.0 - float(np.mean(follows))
     if share > 0.02:
@@ -142,7 +154,7 @@ def _photograph(planes: Planes, label: str, transfer: str | float | None, mask, 
     light = codes.light_where(usable[sample], sample)
     unit = float(np.percentile(light, 99.5)) if light.size else 0.0
     codes = Codes(plane, replace(codes.curve, unit=unit or 1.0))
-    return Photograph(codes, usable, lit, label, name, warnings, has_two_levels, is_uniform)
+    return Photograph(codes, usable, lit, label, name, warnings, has_two_levels, is_uniform, dim, left_out)
 
 
 def read_again(source: np.ndarray, like: Photograph) -> Photograph:

@@ -1,15 +1,21 @@
-"""Rivals in what a fit leaves over: fringes that lie elsewhere, have another waveform, or are a second system's.
+"""Rivals in what a fit leaves over or out: fringes elsewhere, of another waveform, or of a second system.
 
 Spirals, circles of another law, rings of which part was found; many beams, a camera's curve, clipping; a ghost, another
 face, a second colour, moire with a grid.
 """
 
-import numpy as np
+from typing import NamedTuple
 
-from fitting.photo import Rings, block_means, polish, search, thin
+import numpy as np
+from jaxtyping import Float
+from numpy.polynomial.chebyshev import chebvander
+from scipy import fft
+
+from fitting.photo import Rings, block_means, noise_variance, polish, search, thin
 from fitting.photograph.remainder import Remainder
 from fitting.photograph.rival import AbstractRival, Finding
 from fitting.reasons import Reason
+from newtonjax.numerics import chebyshev
 
 # A tile is astray whose fringes, as a complex amplitude over the fit's, are so far from 1, and so many turns from it,
 # and explain so much of its light.
@@ -34,6 +40,23 @@ _FAINT = 0.02
 _SAME, _SOME = 0.5, 4000
 # Blocks to a side of the image that is searched.
 _COARSE = 96
+
+# The weakly lit part is asked from this share of the used pixels on, in tiles: so many to a side of the field, of so
+# many blocks to a side at least, in which this share is lit weakly.
+_ASKED, _TILES, _SMALLEST, _LIT = 0.05, 12, 8, 0.6
+# Nodes to a side of a tile at which the fit's phase is taken.
+_NODES = 4
+# Places to a side of a tile's spectrum, over its blocks; frequencies off the fit's that are looked at, over its own:
+# beyond lie the background and the fringes' mirror image.
+_FINER, _NEXT = 2, 0.6
+# A tile tells where its fringes lie, if they explain so much of its light beyond noise, and are so many.
+_SHOWN, _FRINGES = 0.5, 1.5
+# Fringes contradict the fit that lie so many turns off it in a tile's middle, or drift by so many across it.
+_OFF, _DRIFT = 0.25, 0.4
+# Share of the tiles, used ones and clear ones, that may contradict.
+_MOST_WEAK = 0.1
+# A spacing that differs by more than this is no other radius: nothing is said of it.
+_APART = 0.15
 
 
 class Astray(AbstractRival):
@@ -132,3 +155,140 @@ def _is_first(remainder: Remainder, rings: Rings) -> bool:
     turns = rings.scale * ((columns - rings.centre[0]) ** 2 + (rows - rings.centre[1]) ** 2)
     apart = turns - remainder.fit.phase[rows, columns]
     return bool(np.std(apart) < _SAME)
+
+
+class WeakTiles(NamedTuple):
+    """Tiles of the weakly lit part that show fringes [tiles]: how these differ from the fit's.
+
+    `turns`: in a tile's middle, -0.5 to 0.5; `drift` [turns]: across a tile; `spacing`: their number per length over
+    the fit's, less 1.
+    """
+
+    turns: Float[np.ndarray, " tiles"]
+    drift: Float[np.ndarray, " tiles"]
+    spacing: Float[np.ndarray, " tiles"]
+
+
+class WeakLight(AbstractRival):
+    """Rings of the weakly lit part of the field, of which the fit knows nothing, against those that it predicts there.
+
+    A plane, and the one cosine with the largest share of the light, next to the fit's own frequency, are what a tile
+    shows: the peak of its light's spectrum, demodulated by the fit's phase.
+    """
+
+    name = "weak light"
+
+    def finding(self, remainder: Remainder) -> Finding | None:
+        """In which share of the field rings lie elsewhere, and by how much their spacing differs."""
+        size = _tile_side(remainder)
+        tiles = weak_tiles(remainder, size)
+        if tiles is None:
+            return None
+        is_elsewhere = (np.abs(tiles.turns) > _OFF) | (tiles.drift > _DRIFT)
+        used = np.count_nonzero(remainder.used) / size**2
+        share = float(np.count_nonzero(is_elsewhere) / max(used + len(is_elsewhere), 1))
+        if share < _MOST_WEAK:
+            return None
+        spacing = float(np.sqrt(np.mean(tiles.spacing**2)))
+        if spacing > _APART:
+            words = Reason.RIVAL_WEAK_LIGHT_APART(share=share, spacing=spacing)
+            return Finding(self.name, share, _MOST_WEAK, "refusal", words)
+        words = Reason.RIVAL_WEAK_LIGHT(share=share, spacing=spacing)
+        return Finding(self.name, share, _MOST_WEAK, "warning", words, spacing)
+
+
+def _tile_side(remainder: Remainder) -> int:
+    """Blocks to a side of a tile."""
+    photograph = remainder.photograph
+    lit = np.count_nonzero(photograph.lit) + (0 if photograph.dim is None else np.count_nonzero(photograph.dim))
+    return max(_SMALLEST, int(np.sqrt(lit)) // remainder.fit.reduced.grid.block // _TILES)
+
+
+def weak_tiles(remainder: Remainder, size: int) -> WeakTiles | None:
+    """Tiles of so many blocks to a side; None where next to nothing is lit weakly, or the fit's phase ends there."""
+    fit, photograph, dim = remainder.fit, remainder.photograph, remainder.photograph.dim
+    block = fit.reduced.grid.block
+    if (
+        dim is None
+        or fit.solution.problem.phase.exact is None
+        or np.count_nonzero(dim) < _ASKED * np.count_nonzero(photograph.mask)
+    ):
+        return None
+    ends = [np.flatnonzero(dim.any(axis=axis)) for axis in (1, 0)]
+    box = (slice(int(ends[0][0]), int(ends[0][-1]) + 1), slice(int(ends[1][0]), int(ends[1][-1]) + 1))
+    means, share = photograph.codes.means(block, box, dim)
+    rows, columns = (n // size for n in means.shape)
+
+    def cut(table: np.ndarray) -> np.ndarray:
+        return table[: rows * size, : columns * size].reshape(rows, size, columns, size).swapaxes(1, 2)
+
+    used = cut((share >= 0.5).astype(float))
+    lit = used.mean(axis=(2, 3)) > _LIT
+    used, light = used[lit], cut(means)[lit]
+    corners = [part.start + block * size * at for part, at in zip(box, np.nonzero(lit), strict=True)]
+    phase = _phase_of(remainder, corners, size)
+    slopes = np.stack([np.diff(phase, axis=2).mean(axis=(1, 2)), np.diff(phase, axis=1).mean(axis=(1, 2))], axis=1)
+    # Tiles with fewer fringes tell nothing.
+    many = np.hypot(*slopes.T) * size > _FRINGES
+    if not many.any():
+        return None
+    used, light, phase, slopes = used[many], light[many], phase[many], slopes[many]
+    fringes = _without_plane(light, used)
+    power = np.square(fringes).sum(axis=(1, 2))
+    peak, at = _peaks(fringes * np.exp(-2j * np.pi * phase), np.hypot(*slopes.T))
+    weight = used.sum(axis=(1, 2))
+    noise = np.minimum(noise_variance(means, share >= 0.5) * weight, 0.9 * power)
+    clear = 2 * np.abs(peak) ** 2 > _SHOWN * weight * (power - noise)
+    spacing = (at * slopes).sum(axis=1) / np.square(slopes).sum(axis=1)
+    # Fringes of negative contrast are half a turn off their phase.
+    peak *= np.sign(remainder.swing.mean()) or 1.0
+    return WeakTiles(np.angle(peak[clear]) / (2 * np.pi), size * np.hypot(*at[clear].T), spacing[clear])
+
+
+def _phase_of(remainder: Remainder, corners: list[np.ndarray], size: int) -> np.ndarray:
+    """The fit's phase [turns] at the blocks of tiles with these first rows and columns [px], [tiles, rows, columns].
+
+    Within a tile it is a cubic in each direction: fringes are told where it is next to straight.
+    """
+    fit = remainder.fit
+    nodes, block, half = chebyshev.nodes(_NODES), fit.reduced.grid.block, (size - 1) / 2
+    y, x = (first[:, None] + block * (half * (nodes + 1) + 0.5) - 0.5 for first in corners)
+    shape = (len(x), _NODES, _NODES)
+    x, y = np.broadcast_to(x[:, None, :], shape), np.broadcast_to(y[:, :, None], shape)
+    turns = fit.solution.problem.phase.slopes_at(x.ravel(), y.ravel(), fit.numbers)[0].reshape(shape)
+    along = chebvander(np.arange(size) / half - 1, _NODES - 1) @ np.linalg.inv(chebvander(nodes, _NODES - 1))
+    return along @ turns @ along.T
+
+
+def _without_plane(light: np.ndarray, used: np.ndarray) -> np.ndarray:
+    """Light of tiles [tiles, rows, columns] less the plane that is nearest to it where it is used; zero elsewhere."""
+    size = light.shape[1]
+    place = (np.arange(size) - (size - 1) / 2) / size
+    plane = np.stack([np.ones((size, size)), *np.meshgrid(place, place)], axis=-1)
+    plane = plane.reshape(-1, 3)
+    products = (plane[:, :, None] * plane[:, None, :]).reshape(-1, 9)
+    flat, weights = light.reshape(len(light), -1), used.reshape(len(used), -1)
+    normal, right = (weights @ products).reshape(-1, 3, 3), (weights * flat) @ plane
+    numbers = np.linalg.solve(normal, right[..., None])[..., 0]
+    return (weights * (flat - numbers @ plane.T)).reshape(light.shape)
+
+
+def _peaks(waves: np.ndarray, frequency: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The largest amplitude of tiles' spectra within a share of a frequency [cycles a block], as in their middle.
+
+    Also its frequency (x, y) [cycles a block, tiles].
+    """
+    size, count = waves.shape[1], _FINER * waves.shape[1]
+    at, tiles = np.fft.fftfreq(count), np.arange(len(waves))
+    spectra = np.asarray(fft.fft2(waves.astype(np.complex64), (count, count)))
+    heights = np.abs(spectra)
+    near = np.hypot(at, at[:, None]) < _NEXT * frequency[:, None, None]
+    row, column = np.divmod(np.where(near, heights, -1.0).reshape(len(waves), -1).argmax(axis=1), count)
+    peak, frequencies = spectra[tiles, row, column], np.stack([at[column], at[row]], axis=1)
+    # The phase in the middle is that at the bin, which the tile's fringes share; the frequency lies between bins.
+    peak = peak * np.exp(2j * np.pi * frequencies.sum(axis=1) * (size - 1) / 2)
+    for axis, (down, across) in enumerate(((0, 1), (1, 0))):
+        before, after = (heights[tiles, (row + k * down) % count, (column + k * across) % count] for k in (-1, 1))
+        bend = 2 * heights[tiles, row, column] - before - after
+        frequencies[:, axis] += np.clip((after - before) / (2 * np.maximum(bend, 1e-30)), -0.5, 0.5) / count
+    return peak, frequencies

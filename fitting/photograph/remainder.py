@@ -7,7 +7,7 @@ from jaxtyping import Bool, Complex, Float
 
 from fitting.estimate import Fitted, at_blocks
 from fitting.parameters import Numbers
-from fitting.photo import block_means, noise_variance
+from fitting.photo import Photograph, block_means, noise_variance
 
 # Tiles to a side of the field, blocks to a side of the smallest, and the share of a tile that has to be lit.
 _TILES, _SMALLEST, _LIT = 12, 5, 0.4
@@ -29,7 +29,7 @@ class Tiles(NamedTuple):
 
 
 class Remainder:
-    """A finished fit with its fringes at every block [rows, columns], made once for all rivals.
+    """A finished fit and its photograph, with the fringes at every block [rows, columns], made once for all rivals.
 
     - `used`: blocks that Tukey's weights do not leave out; `swing`: half of the fringes' swing, as the fit has it;
       `cosine`, `sine`: of their phase.
@@ -41,9 +41,9 @@ class Remainder:
     - `tiles`: least squares of background, cosine and sine in every tile, where all blocks count alike.
     """
 
-    def __init__(self, fit: Fitted):
+    def __init__(self, fit: Fitted, photograph: Photograph):
         grid, residuals = fit.reduced.grid, fit.left
-        self.fit, self.used = fit, residuals.weights > 0
+        self.fit, self.photograph, self.used = fit, photograph, residuals.weights > 0
         angle = (2 * np.pi * (fit.phase % 1.0)).astype(np.float32)
         self.swing = at_blocks(grid, fit.solution.point.modulus).astype(np.float32)
         self.cosine, self.sine = np.cos(angle), np.sin(angle)

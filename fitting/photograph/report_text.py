@@ -16,6 +16,7 @@ _ADVICE = {
     "light behind few fringes": "more rings in the picture, or more even light",
     "form": "turn the lens and take another photograph, mask its rim, or measure its form by itself",
     "view or form": "look along the normal, or take another photograph with the lens turned by 90 degrees",
+    "weak light": "light the field evenly, or mask the part that is no sphere's",
     "prior tension": "photograph a grid with this camera (--scale-from), or turn the lens and take another picture",
     "further lines": "give light in place of the wavelength (--light), or photograph behind a filter",
     "model": "look at the residual picture; mask what is not of one ring system, or take more rings",

@@ -13,7 +13,8 @@ from fitting.photograph.averaging import variance_of
 from fitting.photograph.camera_stretch import stretch_warning
 from fitting.photograph.choice import Choice
 from fitting.photograph.evidence import Evidence
-from fitting.photograph.fringe_rivals import Astray, SecondSystem, Waveform
+from fitting.photograph.fringe_rivals import Astray, SecondSystem, Waveform, WeakLight
+from fitting.photograph.held_numbers import contradictions
 from fitting.photograph.image_rows import image_rows
 from fitting.photograph.model_rivals import VIEW_OR_FORM, Form, PriorTension, RingLaw, ViewOrForm
 from fitting.photograph.numbers import measured
@@ -33,11 +34,14 @@ RIVALS: tuple[AbstractRival, ...] = (
     Astray(),
     Waveform(),
     SecondSystem(),
+    WeakLight(),
     RingLaw(),
     Form(),
     ViewOrForm(),
     PriorTension(),
 )
+# Shares of a picture from which on it is said why they are not used.
+_NAMED = 0.01
 # What leaves less of the variance over was no photograph, and holds rounding.
 _ROUNDED = 1e-8
 
@@ -61,7 +65,7 @@ def report(task: Task, choice: Choice, further: Callable[[float], Finding | None
         common["model"]["weights"] = f"one over the variance of the noise ({task.noise.words})"
     parts = _parts_with_priors(choice)
     decided = () if task.view_angle is None else (VIEW_OR_FORM,)
-    common["rivals"], rival_rows = _findings_of(fit, decided, further)
+    common["rivals"], rival_rows = _findings_of(fit, photograph, decided, further)
     common["priors"] = {} if averaging is None else averaging.members[choice.place].priors.table(parts)
     by_kind = {kind: [finding for finding in common["rivals"] if finding.consequence == kind] for kind in CONSEQUENCES}
     common["warnings"] += [finding.words for finding in by_kind["warning"]]
@@ -71,6 +75,8 @@ def report(task: Task, choice: Choice, further: Callable[[float], Finding | None
             return FitResult("not-converged", Reason.NOT_CONVERGED(), **common)
         if task.scale is not None and task.scene is None:
             common["warnings"] += stretch_warning(task.scale, fit, variance)
+        if fit.fixed:
+            common["warnings"] += contradictions(fit, given, task.contact_phase)
         if by_kind["refusal"]:
             return FitResult("refused", by_kind["refusal"][0].words, **common)
         covariance, rows = image_rows(choice, variance, given)
@@ -129,17 +135,34 @@ def _model(fit: Fitted, photograph: Photograph, given: Quantities) -> dict[str, 
     used, block = fit.left.weights > 0, fit.reduced.grid.block
     in_blocks = "" if block == 1 else f", means over {block} x {block}"
     pixels = round(float(fit.reduced.weights[used].sum(dtype=float)) * block**2)
+    left_out = _left_out(fit, photograph, pixels)
     return {
         "fringes": fit.model.words.format(sphere="exact sphere" if given.unknown else "r² (no scale, so no sphere)"),
         "illumination": rounded,
         "outliers": outliers,
         "channel": f"{photograph.channel}, transfer {photograph.transfer}",
-        "pixels": f"{pixels} of {photograph.mask.size}{in_blocks}",
+        "pixels": f"{pixels} of {photograph.mask.size}{in_blocks}" + (f"; left out: {left_out}" if left_out else ""),
     }
 
 
+def _left_out(fit: Fitted, photograph: Photograph, pixels: int) -> str:
+    """Why pixels are not used, and of how many: shares of the picture from a percent on, the largest first."""
+    usable, blocks = int(np.count_nonzero(photograph.mask)), round(fit.reduced.pixels)
+    counts = photograph.left_out | {
+        "spots, or beyond the middle": photograph.mask.size - sum(photograph.left_out.values()) - usable,
+        "at edges": usable - blocks,
+        "outliers": blocks - pixels,
+    }
+    shares = {why: count / photograph.mask.size for why, count in counts.items()}
+    named = [why for why in sorted(shares, key=shares.__getitem__, reverse=True) if shares[why] >= _NAMED]
+    return ", ".join(f"{shares[why]:.0%} {why}" for why in named)
+
+
 def _findings_of(
-    fit: Fitted, decided: Collection[str] = (), further: Callable[[float], Finding | None] | None = None
+    fit: Fitted,
+    photograph: Photograph,
+    decided: Collection[str] = (),
+    further: Callable[[float], Finding | None] | None = None,
 ) -> tuple[list[Finding], list[tuple[str, float]]]:
     """What rivals say of a finished fit, and the rows that they add: (source, deviation of its first number).
 
@@ -149,7 +172,7 @@ def _findings_of(
     """
     if not fit.converged or fit.orders < FEW or not 1 - fit.explained > _ROUNDED:
         return [], []
-    remainder = Remainder(fit)
+    remainder = Remainder(fit, photograph)
     answers = [rival.finding(remainder) for rival in RIVALS if rival.name not in decided]
     if further is not None:
         answers.append(further(abs(remainder.scale)))
