@@ -13,8 +13,6 @@ from fitting.photo.masks import checked_mask
 from fitting.reasons import Reason
 from newtonjax.numerics import require_memory, shown
 
-# Why pixels are not used, in the order in which they are asked.
-_LEFT_OUT = ("masked, hot or dead", "dark", "lit weakly", "saturated")
 _CHANNELS = ("red", "green", "blue")
 
 
@@ -141,11 +139,9 @@ def _photograph(planes: Planes, label: str, transfer: str | float | None, mask, 
     follows = below(plane, np.inf if has_two_levels else saturation(plane, top))
     bright, dim = lit_field(codes)
     dim = None if dim is None else dim & lit & follows
-    allowed, lit = np.count_nonzero(lit), lit & bright
+    allowed, lit = lit, lit & bright
     usable = lit & follows
-    counts = [lit.size, allowed, np.count_nonzero(lit) + (0 if dim is None else np.count_nonzero(dim))]
-    counts += [np.count_nonzero(lit), np.count_nonzero(usable)]
-    left_out = dict(zip(_LEFT_OUT, (-np.diff(counts)).tolist(), strict=True))
+    left_out = _left_out(allowed, lit, usable, dim)
     is_uniform = codes.is_uniform(usable)
     share = 1.0 - float(np.mean(follows))
     if share > 0.02:
@@ -155,6 +151,18 @@ def _photograph(planes: Planes, label: str, transfer: str | float | None, mask, 
     unit = float(np.percentile(light, 99.5)) if light.size else 0.0
     codes = Codes(plane, replace(codes.curve, unit=unit or 1.0))
     return Photograph(codes, usable, lit, label, name, warnings, has_two_levels, is_uniform, dim, left_out)
+
+
+def _left_out(allowed: np.ndarray, lit: np.ndarray, usable: np.ndarray, dim: np.ndarray | None) -> dict[str, int]:
+    """Pixels that are not usable, by the first reason; `allowed`: what is neither masked, hot nor dead."""
+    inside, bright, used = (int(np.count_nonzero(one)) for one in (allowed, lit, usable))
+    weak = 0 if dim is None else int(np.count_nonzero(dim))
+    return {
+        "masked, hot or dead": allowed.size - inside,
+        "dark": inside - bright - weak,
+        "lit weakly": weak,
+        "saturated": bright - used,
+    }
 
 
 def read_again(source: np.ndarray, like: Photograph) -> Photograph:
