@@ -236,6 +236,20 @@ def _grown(field: np.ndarray, light: np.ndarray, faintest: float, width: float) 
     return np.asarray(ndimage.binary_fill_holes(field))
 
 
+def reasons_left_out(
+    allowed: np.ndarray, lit: np.ndarray, usable: np.ndarray, dim: np.ndarray | None
+) -> dict[str, int]:
+    """Pixels that are not usable, by the first reason; `allowed`: what is neither masked, hot nor dead."""
+    inside, bright, used = (int(np.count_nonzero(one)) for one in (allowed, lit, usable))
+    weak = 0 if dim is None else int(np.count_nonzero(dim))
+    return {
+        "masked, hot or dead": allowed.size - inside,
+        "dark": inside - bright - weak,
+        "lit weakly": weak,
+        "saturated": bright - used,
+    }
+
+
 def _threshold(values: np.ndarray) -> float:
     """The level that divides values into two kinds with the largest variance between these (Otsu 1979)."""
     counts, edges = np.histogram(values, 256)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from fitting.photo.arrays import Planes, below, clearest_channel, planes_of
-from fitting.photo.codes import Codes, Curve, lit_field, not_wild, saturation, thin
+from fitting.photo.codes import Codes, Curve, lit_field, not_wild, reasons_left_out, saturation, thin
 from fitting.photo.image_file import SMALLER, load
 from fitting.photo.masks import checked_mask
 from fitting.reasons import Reason
@@ -141,7 +141,7 @@ def _photograph(planes: Planes, label: str, transfer: str | float | None, mask, 
     dim = None if dim is None else dim & lit & follows
     allowed, lit = lit, lit & bright
     usable = lit & follows
-    left_out = _left_out(allowed, lit, usable, dim)
+    left_out = reasons_left_out(allowed, lit, usable, dim)
     is_uniform = codes.is_uniform(usable)
     share = 1.0 - float(np.mean(follows))
     if share > 0.02:
@@ -151,18 +151,6 @@ def _photograph(planes: Planes, label: str, transfer: str | float | None, mask, 
     unit = float(np.percentile(light, 99.5)) if light.size else 0.0
     codes = Codes(plane, replace(codes.curve, unit=unit or 1.0))
     return Photograph(codes, usable, lit, label, name, warnings, has_two_levels, is_uniform, dim, left_out)
-
-
-def _left_out(allowed: np.ndarray, lit: np.ndarray, usable: np.ndarray, dim: np.ndarray | None) -> dict[str, int]:
-    """Pixels that are not usable, by the first reason; `allowed`: what is neither masked, hot nor dead."""
-    inside, bright, used = (int(np.count_nonzero(one)) for one in (allowed, lit, usable))
-    weak = 0 if dim is None else int(np.count_nonzero(dim))
-    return {
-        "masked, hot or dead": allowed.size - inside,
-        "dark": inside - bright - weak,
-        "lit weakly": weak,
-        "saturated": bright - used,
-    }
 
 
 def read_again(source: np.ndarray, like: Photograph) -> Photograph:
