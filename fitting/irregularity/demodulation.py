@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fitting.irregularity.disc import Disc
+from fitting.irregularity.disc import Disc, sums_of
 from fitting.irregularity.zernike import on_grid, terms_at
 
 # Tiles over a diameter; each looks at itself and its eight neighbours.
@@ -125,8 +125,6 @@ def _neighbours(remainder: Remainder) -> tuple[np.ndarray, np.ndarray]:
 
 def _boxes(field: np.ndarray, step: int) -> np.ndarray:
     """Sums over tiles of `step` x `step` pixels and their eight neighbours."""
-    rows, columns = (size // step for size in field.shape)
-    tiles = field[: rows * step, : columns * step].reshape(rows, step, columns, step).sum(axis=(1, 3), dtype=float)
-    padded = np.pad(tiles, 1)
+    padded = np.pad(sums_of(field, step).astype(float), 1)
     lines = padded[:-2] + padded[1:-1] + padded[2:]
     return lines[:, :-2] + lines[:, 1:-1] + lines[:, 2:]

@@ -136,9 +136,9 @@ def _measured(photograph: Photograph, usable: np.ndarray, request: Request, done
     if not pupil.radius >= LEAST_RADIUS:
         return replace(blank, message=Reason.PUPIL_TOO_SMALL(least=LEAST_RADIUS), pupil=None)
     image = photograph.image
-    pixels = disc_of(image, usable, pupil).pixels
-    if pixels < _LEAST_PIXELS:
-        return replace(blank, message=Reason.TOO_FEW_PIXELS(usable=int(pixels), total=usable.size))
+    disc = disc_of(image, usable, pupil)
+    if disc.pixels < _LEAST_PIXELS:
+        return replace(blank, message=Reason.TOO_FEW_PIXELS(usable=int(disc.pixels), total=usable.size))
     count = fringe_count(image, usable, pupil)
     if count is not None and count < LEAST_COUNT:
         return replace(blank, message=Reason.FORM_FEW_FRINGES(fringes=count, least=LEAST_FRINGES))
@@ -148,9 +148,9 @@ def _measured(photograph: Photograph, usable: np.ndarray, request: Request, done
     if refusal is not None:
         return replace(blank, message=refusal)
     uncertain = Uncertain(pupil_sd or 0.0, request.distortion_sd or 0.0)
-    solution = solved(image, usable, pupil, candidates, request.terms, uncertain)
+    solution = solved(disc, pupil, candidates, request.terms, uncertain)
     done(2, _STEPS)
-    agreement = remainder_of(disc_of(image, usable, pupil), solution.fit.coefficients).agreement
+    agreement = remainder_of(disc, solution.fit.coefficients).agreement
     if agreement < LOCKED:
         return replace(blank, message=Reason.FORM_NOT_CONFIRMED(agreement=agreement, least=LOCKED))
     if not solution.fit.converged:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from fitting.irregularity.disc import Disc
+from fitting.irregularity.disc import Disc, sums_of
 from fitting.irregularity.moments import powers
 from fitting.irregularity.projection import FormFit
 from fitting.irregularity.zernike import on_grid
@@ -65,7 +65,7 @@ def inflation_of(score: np.ndarray) -> float:
         rows, columns = (size // step for size in sums.shape)
         if rows * columns < _LEAST_BLOCKS or square == 0:
             break
-        sums = sums[: rows * step, : columns * step].reshape(rows, step, columns, step).sum(axis=(1, 3))
+        sums = sums_of(sums, step)
         before = block
         ratio = float(np.square(sums, dtype=float).sum()) / square
         if ratio > 1 + 3 * np.sqrt(2 / (rows * columns)):

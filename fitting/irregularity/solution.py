@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.irregularity.budget import Row, blur_row, distortion_row, edge_row, noise_row, pupil_row, terms_row
 from fitting.irregularity.curvatures import QUADRATIC
-from fitting.irregularity.disc import EDGE, Disc, Pupil, disc_of
+from fitting.irregularity.disc import EDGE, Disc, Pupil
 from fitting.irregularity.projection import FormFit, fit_form
 from fitting.irregularity.residuals import residual_of
 from fitting.irregularity.search import Search
@@ -63,11 +63,8 @@ class Uncertain(NamedTuple):
     distortion: float = 0.0
 
 
-def solved(
-    image: np.ndarray, mask: np.ndarray, pupil: Pupil, search: Search, terms: int | None, uncertain: Uncertain
-) -> Solution:
-    """The form from the best candidate of a search, on all pixels; `terms`: how many are reported, None by evidence."""
-    disc = disc_of(image, mask, pupil)
+def solved(disc: Disc, pupil: Pupil, search: Search, terms: int | None, uncertain: Uncertain) -> Solution:
+    """The form on all pixels of a disc, from the best candidate; `terms`: how many are reported, None by evidence."""
     start = search.candidates[0].fit.coefficients
     fit = fit_form(disc, start)
     residual = residual_of(disc, fit)
