@@ -8,7 +8,7 @@ import numpy as np
 
 from fitting.irregularity.plate_radius import PartRadius, PlateLengths
 from fitting.irregularity.result import Form
-from fitting.parameters import AbstractMeasurement, Origin, Parameter, common_from, rounded, with_sd
+from fitting.parameters import AbstractMeasurement, Origin, Parameter, between, common_from, with_sd
 
 _NUMBERS = ("visibility", "blur_px", "rings_move")
 _POWER = 2 * np.sqrt(3)
@@ -177,9 +177,9 @@ class PlateTest(AbstractMeasurement):
         part = self.part
         if part is None:
             return []
-        low, high = (rounded(end, part.radius_sd) for end in part.radius_interval)
-        difference = with_sd(1e3 * part.difference, 1e3 * part.difference_sd, "mm")
+        ends = between(part.radius_interval, part.radius_sd, "m")
+        difference = with_sd(part.difference, part.difference_sd, "m")
         return [
-            f"    radius       {with_sd(part.radius, part.radius_sd, 'm')} (95 %: {low} to {high})",
+            f"    radius       {with_sd(part.radius, part.radius_sd, 'm')} (95 %: {ends})",
             f"    difference   {difference} from the plate's",
         ]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fitting.irregularity.disc import Pupil
-from fitting.parameters import AbstractMeasurement, Origin, Parameter, common_from, parameters_from, rounded, with_sd
+from fitting.parameters import AbstractMeasurement, Origin, Parameter, between, common_from, parameters_from, with_sd
 from fitting.photo import Photograph
 
 # Attributes with a standard deviation by their units, in the order of the report; those that have an interval.
@@ -169,7 +169,7 @@ class WedgePhoto(AbstractMeasurement):
         value, sd = getattr(self, name), getattr(self, f"{name}_sd")
         text = f"    {_words(name)} = {with_sd(value, sd, unit)}"
         if (ends := getattr(self, f"{name}_interval", None)) is not None:
-            text += f" (95 %: {rounded(ends[0], sd)} to {rounded(ends[1], sd)})"
+            text += f" (95 %: {between(ends, sd, unit)})"
         return text
 
 

@@ -26,7 +26,7 @@ class Distortion(AbstractPart):
     is_warp = True
     radial_power = 1
     priors = MappingProxyType({"distortion": (0.0, 0.1), "axis_x": (0.0, _AXIS), "axis_y": (0.0, _AXIS)})
-    prior_words = "10 % at half a diagonal, as eyepieces reach, about an axis near the middle"
+    prior_words = "a distortion of 10 % at half a diagonal, as eyepieces reach, its axis near the middle"
     # An eyepiece's and a telephone's; where the axis is, a fit that starts without a distortion does not see.
     also_from = ({"distortion": -0.12}, {"distortion": 0.06})
     advice = MappingProxyType({"distortion": _ADVICE, AXIS_ROW: _AXIS_ADVICE, _LAW: _ADVICE})
@@ -48,5 +48,5 @@ class FifthOrder(AbstractPart):
     radial_power = 2
     # A wider one follows structure of other kinds, and buys it with the third order.
     priors = MappingProxyType({"distortion_fifth_order": (0.0, 0.01)})
-    prior_words = "1 % at half a diagonal"
+    prior_words = "a fifth order of 1 % at half a diagonal"
     advice = MappingProxyType({"fifth_order": _ADVICE})

@@ -14,6 +14,9 @@ from fitting.parameters.bench import still as still
 from fitting.parameters.deviations import Deviations as Deviations
 from fitting.parameters.deviations import check_not_free as check_not_free
 from fitting.parameters.deviations import relative_or_absolute_sd as relative_or_absolute_sd
+from fitting.parameters.digits import between as between
+from fitting.parameters.digits import exact as exact
+from fitting.parameters.digits import length_unit as length_unit
 from fitting.parameters.digits import rounded as rounded
 from fitting.parameters.digits import with_sd as with_sd
 from fitting.parameters.digits import with_unit as with_unit

@@ -1,6 +1,10 @@
-"""Numbers in text: rounded to the second digit of their standard deviation."""
+"""Numbers in text: rounded to the second digit of their standard deviation, lengths in a unit of their size."""
 
 import math
+
+# Units of length from their least size on [m].
+_LENGTHS = ((0.1, "m"), (1e-4, "mm"), (1e-6, "um"), (0.0, "nm"))
+_PER_METRE = {"m": 1.0, "mm": 1e3, "um": 1e6, "nm": 1e9}
 
 
 def rounded(value: float, sd: float | None = None) -> str:
@@ -12,10 +16,34 @@ def rounded(value: float, sd: float | None = None) -> str:
     return _digits(value, _order(round(value, -last) or value) - last + 1)
 
 
+def length_unit(*sizes: float | None, unit: str = "m") -> tuple[float, str]:
+    """How many of m, mm, um or nm a metre has, by the largest size [m], and which; 1 and `unit` where it is not "m"."""
+    size = max((abs(size) for size in sizes if size is not None), default=0.0)
+    if unit != "m" or not 0 < size < math.inf:
+        return 1.0, unit
+    name = next(name for least, name in _LENGTHS if size >= least)
+    return _PER_METRE[name], name
+
+
 def with_sd(value: float, sd: float | None, unit: str = "") -> str:
-    """Value, standard deviation and unit: "0.879 ± 0.016 m"."""
+    """Value, standard deviation and unit: "0.879 ± 0.016 m", "9.857 ± 0.014 mm"."""
+    factor, unit = length_unit(value, sd, unit=unit)
+    value, sd = value * factor, None if sd is None else sd * factor
     deviation = "" if sd is None else f" ± {_digits(sd, 2) if sd else '0'}"
     return f"{rounded(value, sd)}{deviation} {unit}".rstrip()
+
+
+def between(ends: tuple[float, float], sd: float | None, unit: str = "") -> str:
+    """An interval, to the digits of a standard deviation: "9.829 to 9.884 mm"."""
+    factor, unit = length_unit(*ends, unit=unit)
+    low, high = (rounded(end * factor, None if sd is None else sd * factor) for end in ends)
+    return f"{low} to {high} {unit}".rstrip()
+
+
+def exact(value: float, unit: str = "") -> str:
+    """What was given, with all its digits: "589.3 nm"."""
+    factor, unit = length_unit(value, unit=unit)
+    return f"{value * factor:.10g} {unit}".rstrip()
 
 
 def with_unit(name: str, unit: str) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any, NamedTuple
 
-from fitting.parameters.digits import with_sd
+from fitting.parameters.digits import between, exact, with_sd
 from fitting.parameters.glossary import explained
 from fitting.parameters.result import Origin
 from fitting.parameters.table import UNITS
@@ -53,6 +53,7 @@ def page(result, sources: Sequence[Source], command: str, pictures: Mapping[str,
     checks = [(html.escape(name), html.escape(outcome)) for name, outcome in result.alternatives()]
     parts = [
         f"<p class=answer>{html.escape(result.headline())}</p>",
+        *(f"<p>{html.escape(text)}</p>" for text in (_interval(result), result.unstated()) if text),
         *(f"<p class=warning>{html.escape(warning)}</p>" for warning in result.warnings),
         *_budgets(result),
         *(_figure(title, data) for title, data in _webp(pictures).items()),
@@ -75,6 +76,15 @@ def page(result, sources: Sequence[Source], command: str, pictures: Mapping[str,
     )
 
 
+def _interval(result) -> str:
+    """The interval of what is measured, where it has one."""
+    ends = getattr(result, f"{getattr(result, 'measured', '')}_interval", None)
+    if result.status != "ok" or not ends:
+        return ""
+    sd = getattr(result, f"{result.measured}_sd", None)
+    return f"95 %: {between(ends, sd, UNITS.get(result.measured, ''))}"
+
+
 def _title(result, sources: Sequence[Source]) -> str:
     if not sources:
         return type(result).__name__
@@ -93,11 +103,10 @@ def _budget(of: str, rows: Sequence[tuple[str, float]]) -> str:
     total = math.hypot(*(sd for _, sd in rows))
     if not total:
         return ""
-    largest = max(sd for _, sd in rows)
     cells = [
-        (html.escape(source), f"{sd:.2g}", f"{(sd / total) ** 2:.1%}", f'<div style="width:{sd / largest:.1%}"></div>')
+        (html.escape(source), f"{sd:.2g}", f"{share:.1%}", f'<div style="width:{share:.1%}"></div>')
         for source, sd in sorted(rows, key=lambda row: -row[1])
-        if sd
+        if (share := (sd / total) ** 2)
     ]
     cells.append(("total", f"{total:.2g}", "100 %", ""))
     return _table(f"Budget of {of}", cells, ("source", "standard deviation", "share of the variance", "bar"))
@@ -105,12 +114,12 @@ def _budget(of: str, rows: Sequence[tuple[str, float]]) -> str:
 
 def _numbers(result) -> list[tuple[str, str, str]]:
     """Name, value with its deviation, and whether it was given, of each number of the result."""
-    rows = []
+    scale = getattr(result, "fringe_scale_per_px2", None)
+    scale_sd = getattr(result, "fringe_scale_sd", None)
+    rows = [("fringe scale", with_sd(scale, scale_sd, "per px²"), "measured")] if scale else []
     for name, number in result.parameters.items():
         is_exact = number.fixed and not number.sd
-        text = (
-            f"{number.value:.10g} {number.unit}" if is_exact else with_sd(number.value, number.sd or None, number.unit)
-        )
+        text = exact(number.value, number.unit) if is_exact else with_sd(number.value, number.sd or None, number.unit)
         rows.append((html.escape(name), html.escape(text.strip()), "given" if number.fixed else "measured"))
     return rows
 
@@ -134,9 +143,8 @@ def _with_sd(value: Any, sd: Any, unit: str) -> str:
     if isinstance(value, float | int) and isinstance(sd, float) and sd:
         return with_sd(value, sd, unit)
     if isinstance(value, float | int):
-        text = f"{value:.10g}"
-    else:
-        text = ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+        return exact(value, unit) + (f" ± {sd}" if sd else "")
+    text = ", ".join(map(str, value)) if isinstance(value, list) else str(value)
     return f"{text} {unit}".rstrip() + (f" ± {sd}" if sd else "")
 
 

@@ -25,6 +25,10 @@ class AbstractMeasurement(AbstractResult):
         source, sd = max(rows, key=lambda row: row[1])
         return f"largest: {source}, {sd**2 / total:.0%} of the variance"
 
+    def unstated(self) -> str:
+        """Which given quantities the standard deviation does not contain, for they have none; empty without."""
+        return ""
+
     def tried_figure(self) -> Any:
         """Of a refusal the photograph with what was tried on it; None where nothing was."""
         return None

@@ -1,5 +1,6 @@
 """Files that the shell writes: whole or not at all, and never over another one unless asked to."""
 
+import json
 import os
 import threading
 from collections.abc import Generator
@@ -12,6 +13,8 @@ import msgspec
 written: list[Path] = []
 # What a process that is stopped removes: half-written files, and the folders that it made if they are still empty.
 _half_written: set[Path] = set()
+# Of the JSON of a refusal [bytes].
+_LONGEST_REFUSAL = 1_000_000
 _folders: list[Path] = []
 # Held while these change; a process that is stopped takes it and does not give it back.
 _changing = threading.Lock()
@@ -20,8 +23,8 @@ _changing = threading.Lock()
 def check_free(paths: list[Path], force: bool, keep: tuple[Path, ...] = ()) -> None:
     """Refuse outputs before the work starts.
 
-    Raises FileExistsError for a file that is there already (unless `force`), ValueError for one of `keep` (what the
-    command reads), and FileNotFoundError for a folder that is not there.
+    Raises FileExistsError for a file that is there already (unless `force`, or it is the JSON of a refusal, which is
+    no answer that could be lost), ValueError for one of `keep` (what the command reads), and FileNotFoundError for a folder that is not there.
     """
     if len({path.absolute() for path in paths}) < len(paths):
         raise ValueError(f"two answers would go to one file; name another file than {paths[-1]}")
@@ -32,11 +35,22 @@ def check_free(paths: list[Path], force: bool, keep: tuple[Path, ...] = ()) -> N
             raise IsADirectoryError(f"{path} is a folder; name a file to write")
         if path.exists() and not path.is_file():
             raise ValueError(f"{path} is not a regular file; name a file to write, or - for the screen")
-        if os.path.lexists(path) and not force:
+        if os.path.lexists(path) and not (force or _holds_refusal(path)):
             raise FileExistsError(f"{path} is there already; name another file, or add --force to overwrite it")
         if not path.parent.is_dir():
             raise FileNotFoundError(f"{path.parent} is not a folder; make it first, or name another file than {path}")
         _try_to_write(path)
+
+
+def _holds_refusal(path: Path) -> bool:
+    """Whether a file is the JSON of a measurement that was refused."""
+    try:
+        if path.suffix != ".json" or path.stat().st_size > _LONGEST_REFUSAL:
+            return False
+        saved = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(saved, dict) and saved.get("status") == "refused"
 
 
 def _try_to_write(path: Path) -> None:

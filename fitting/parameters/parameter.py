@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from fitting.parameters.digits import with_sd
+from fitting.parameters.digits import exact, with_sd
 from fitting.parameters.table import UNITS
 
 
@@ -23,8 +23,8 @@ class Parameter:
 
     def __str__(self) -> str:
         # What was given is shown as it was; a fitted number without a deviation has no tenth digit.
-        exact = f"{self.value:.10g} {self.unit}".rstrip()
-        text = exact if self.fixed and not self.sd else with_sd(self.value, self.sd or None, self.unit)
+        given = self.fixed and not self.sd
+        text = exact(self.value, self.unit) if given else with_sd(self.value, self.sd or None, self.unit)
         return f"{self.name} = {text}" + (" (given)" if self.fixed else "")
 
 

@@ -83,6 +83,8 @@ def _from_json(saved: Any, name: str) -> CameraScale:
         measured = None if not distortion_sd else (number("distortion", distortion), number("its sd", distortion_sd))
         return CameraScale(*_with_sides(saved, size, sd), measured, half_diagonal, *_stretches(saved, size, sd))
     except (ValueError, KeyError, TypeError, AttributeError) as error:
+        if isinstance(saved, Mapping) and saved.get("status") == "refused":
+            raise ValueError(f"{name} holds no scale, for it was refused: {saved.get('message')}") from error
         way = "make it by `newtonjax scale`, or by `newtonjax fit --radius` of a lens of known radius"
         text = f"{name} holds no pixel_size_m with pixel_size_sd_m; {way}"
         raise ValueError(text) from error

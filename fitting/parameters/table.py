@@ -13,6 +13,7 @@ class ParameterSpec:
 
     - `symbol`: in formulae; `unit`: of its values, empty where they have none.
     - `bounds`: what can be meant [`unit`]; outside of them a unit was mistaken.
+    - `sensible`: what lenses, lamps and gaps have [`unit`]; beyond, a unit or a given number may have been mistaken.
     - `positive`: whether only its ratios mean something.
     - `advice`: what makes its row of a budget smaller; empty where nothing can be said.
     - `in_fit`: whether it is a number of a part of the rings' model, and so stands in the vector of a fit.
@@ -25,6 +26,7 @@ class ParameterSpec:
     positive: bool = False
     advice: str = ""
     in_fit: bool = False
+    sensible: tuple[float, float] = _ANY
 
     @property
     def in_unit(self) -> str:
@@ -42,16 +44,16 @@ class ParameterSpec:
 
 
 _SPECS = (
-    ParameterSpec("radius", "R", "m", RADIUS[:2], True, "a lens of better known radius"),
+    ParameterSpec("radius", "R", "m", RADIUS[:2], True, "a lens of better known radius", sensible=(1e-3, 1e3)),
     ParameterSpec(
         "wavelength", "λ", "m", WAVELENGTH[:2], True,
-        "a spectral line instead of a lamp's band, or its catalogued value",
+        "a spectral line instead of a lamp's band, or its catalogued value", sensible=(100e-9, 20e-6),
     ),
     ParameterSpec(
         "pixel_size", "s", "m", PIXEL_SIZE[:2], True,
         "a reticle with finer or better known divisions, over more of the field (newtonjax scale)",
     ),
-    ParameterSpec("gap_index", "n", "", INDEX[:2], True, "a measured index of what fills the gap"),
+    ParameterSpec("gap_index", "n", "", INDEX[:2], True, "a measured index of what fills the gap", sensible=(0.9, 2.5)),
     ParameterSpec("lens_index", "n", "", INDEX[:2], True),
     ParameterSpec("plate_index", "n", "", INDEX[:2], True),
     ParameterSpec("conic", "k"),

@@ -36,7 +36,8 @@ def load(path: str | Path, page: int | None = None) -> Picture:
     """
     path = Path(path)
     if not path.is_file():
-        raise FileNotFoundError(f"{path} is not a file; give the path of a photograph ({ALLOWED})")
+        kind = "a folder, whose photographs newtonjax batch measures" if path.is_dir() else "not a file"
+        raise FileNotFoundError(f"{path} is {kind}; give the path of a photograph ({ALLOWED})")
     if path.stat().st_size == 0:
         raise ValueError(f"{path} is empty; give the path of a photograph")
     try:

@@ -3,7 +3,7 @@
 from typing import Any
 
 from fitting.model import ADVICE, AXIS, RADIAL
-from fitting.parameters import TABLE, Parameter, interval, rounded, with_sd
+from fitting.parameters import TABLE, Parameter, between, exact, interval, length_unit, with_sd
 from fitting.photograph.ring_radii import KINDS
 
 # What makes a row of the budget smaller that is no given quantity's.
@@ -12,7 +12,7 @@ _ADVICE = {
     "sodium's two lines": "fewer rings, or a laser",
     "blur": "sharpen the focus, and hold camera and lens still",
     "glass looked through": "give the bench as a scene, with the index and thickness of its glass",
-    "whole waves of the gap": "hold the gap where it is known (fixed gap)",
+    "whole waves of the gap": "hold the gap where it is known (--fix gap=0nm)",
     "light behind few fringes": "more rings in the picture, or more even light",
     "form": "turn the lens and take another photograph, mask its rim, or measure its form by itself",
     "view or form": "look along the normal, or take another photograph with the lens turned by 90 degrees",
@@ -46,6 +46,9 @@ def headline_of(self: Any) -> str:
     answer = self.parameters.get(self.measured)
     if self.status == "ok" and answer is not None and answer.sd is not None:
         return f"{self.measured} = {with_sd(answer.value, answer.sd, TABLE[self.measured].unit)}"
+    if self.status == "no-scale" and self.fringe_scale_per_px2 is not None:
+        scale = with_sd(self.fringe_scale_per_px2, self.fringe_scale_sd, "per px²")
+        return f"fringe scale n s²/(R λ) = {scale}: {self.message}"
     return f"{self.status}: {self.message}" if self.message else self.status
 
 
@@ -65,9 +68,9 @@ def _answer(result: Any) -> list[str]:
     answer = result.parameters.get(result.measured)
     if result.status == "ok" and answer and answer.sd is not None:
         headline, interval_95 = headline_of(result), result.radius_interval or interval(answer.value, answer.sd)
-        low, high = (rounded(end, answer.sd) for end in interval_95)
-        lines.append(f"    {headline} ({answer.sd / answer.value:.2g} relative; 95 %: {low} to {high})")
-        lines += _unstated(result, answer.value)
+        ends = between(interval_95, answer.sd, TABLE[result.measured].unit)
+        lines.append(f"    {headline} ({answer.sd / answer.value:.2g} relative; 95 %: {ends})")
+        lines += [f"    {words}"] if (words := unstated_of(result)) else []
     if result.fringe_scale_per_px2 is not None:
         scale = with_sd(result.fringe_scale_per_px2, result.fringe_scale_sd, "per px²")
         lines.append(f"    fringe scale n s²/(R λ) = {scale}")
@@ -76,28 +79,31 @@ def _answer(result: Any) -> list[str]:
     return lines
 
 
-def _unstated(result: Any, value: float) -> list[str]:
-    """That the deviation lacks quantities which have none, and what a percent of each would be."""
-    if not result.per_percent:
-        return []
-    by_change = sorted(result.per_percent.items(), key=lambda row: -row[1])
-    unit, names = f" {TABLE[result.measured].unit}".rstrip(), " and ".join(name for name, _ in by_change)
+def unstated_of(self: Any) -> str:
+    """That the deviation lacks quantities which have none, and what a percent of each would be; empty without."""
+    answer = self.parameters.get(self.measured)
+    if not self.per_percent or answer is None:
+        return ""
+    by_change = sorted(self.per_percent.items(), key=lambda row: -row[1])
+    names = " and ".join(name for name, _ in by_change)
     effects = (
-        f"1 % of {name} is {100 * change / value:.3g} % of {result.measured}, {change:.2g}{unit}"
+        f"1 % of {name} is {100 * change / answer.value:.3g} % of {self.measured}, "
+        + exact(float(f"{change:.2g}"), answer.unit)
         for name, change in by_change
     )
     have = "have" if len(by_change) > 1 else "has"
-    counted = [source for source, _ in result.budget if source in TABLE and not TABLE[source].in_fit]
+    counted = [source for source, _ in self.budget if source in TABLE and not TABLE[source].in_fit]
     scope = "does not include all" if counted else "is of the image alone"
-    return [f"    ± {scope}: {names} {have} no standard deviation; {'; '.join(effects)}"]
+    return f"± {scope}: {names} {have} no standard deviation; {'; '.join(effects)}"
 
 
 def _budget(result: Any) -> list[str]:
     if not result.budget:
         return []
-    unit = TABLE[result.measured].unit
+    answer = result.parameters.get(result.measured)
+    factor, unit = length_unit(None if answer is None else answer.value, unit=TABLE[result.measured].unit)
     width = max(len(source) for source, _ in result.budget)
-    rows = [f"    {source:<{width}} {sd:.2g}" for source, sd in result.budget if sd]
+    rows = [f"    {source:<{width}} {sd * factor:.2g}" for source, sd in result.budget if sd]
     largest = dominant_of(result)
     title = f"[[Budget]]  standard deviations of {result.measured}" + (f" [{unit}]" if unit else "")
     return [title, *rows, *([f"    {largest}"] if largest else [])]
@@ -111,8 +117,8 @@ def _parameters(parameters: dict[str, Parameter]) -> list[str]:
         return []
     lines, width = ["[[Parameters]]"], max(len(name) for name in printed)
     for name, number in printed.items():
-        unit, exact = "" if name.endswith("_px") else number.unit, not number.sd
-        text = f"{number.value:.10g} {unit}" if exact else with_sd(number.value, number.sd, unit)
+        unit = "" if name.endswith("_px") else number.unit
+        text = with_sd(number.value, number.sd, unit) if number.sd else exact(number.value, unit)
         lines.append(f"    {name:<{width}} {text.rstrip()}" + (" (given)" if number.fixed else ""))
     return lines
 
@@ -127,10 +133,11 @@ def _rings(result: Any) -> list[str]:
     for kind in KINDS:
         rows = [ring for ring in result.rings if ring.kind == kind]
         ends = rows if len(rows) < 4 else [*rows[:2], rows[-1]]
+        factor, unit = length_unit(ends[-1].radius if ends else None)
         sizes = (
             with_sd(ring.radius_px, ring.radius_px_sd, "px")
             if ring.radius is None
-            else with_sd(1e3 * ring.radius, 1e3 * (ring.radius_sd or 0.0), "mm")
+            else with_sd(factor * ring.radius, factor * (ring.radius_sd or 0.0), unit)
             for ring in ends
         )
         by_order = "; ".join(f"{ring.order}: {size}" for ring, size in zip(ends, sizes, strict=True))

@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.estimate import FEW, Fitted, finest, stay
 from fitting.model import PARTS
-from fitting.parameters import Quantities
+from fitting.parameters import TABLE, Parameter, Quantities, exact
 from fitting.photo import Photograph
 from fitting.photograph.averaging import variance_of
 from fitting.photograph.camera_stretch import stretch_warning
@@ -26,6 +26,7 @@ from fitting.photograph.rival import CONSEQUENCES, AbstractRival, Finding
 from fitting.photograph.selection import UNFITTED
 from fitting.photograph.task import Task
 from fitting.reasons import Reason
+from newtonjax.numerics import Statement
 
 # Fringes finer than this [cycles per pixel] are near the camera's limit of a half.
 _NYQUIST = 0.42
@@ -87,9 +88,24 @@ def report(task: Task, choice: Choice, further: Callable[[float], Finding | None
     numbers = measured(answer, given, task.contact_phase, covariance, rows + rival_rows, task.view_angle)
     if numbers["fringe_scale_sd"] > 0.2 * numbers["fringe_scale_per_px2"]:
         return FitResult("refused", Reason.CURVATURE_UNCERTAIN(), **common)
+    answer_of = numbers["parameters"].get(common["measured"])
+    if numbers["status"] == "ok" and answer_of is not None and (unlikely := _unlikely(answer_of)):
+        low, high = TABLE[answer_of.name].bounds
+        if not low <= answer_of.value <= high:
+            return FitResult("refused", unlikely, **common)
+        common["warnings"].append(unlikely)
     rings = rings_of(answer, given, task.contact_phase, covariance)
     evidence = Evidence(fit, given, variance, covariance, averaging, choice.ratio)
     return FitResult(**numbers, evidence=evidence, rings=rings, **common)
+
+
+def _unlikely(answer: Parameter) -> Statement | None:
+    """That what is measured has a size that it cannot have: a unit was mistaken. None where it may."""
+    low, high = TABLE[answer.name].sensible
+    if low <= answer.value <= high:
+        return None
+    value, low, high = (exact(float(f"{size:.4g}"), answer.unit) for size in (answer.value, low, high))
+    return Reason.UNLIKELY_SIZE(measured=answer.name.replace("_", " "), value=value, low=low, high=high)
 
 
 def _warnings(choice: Choice, inflation: float, given: Quantities) -> list[str]:

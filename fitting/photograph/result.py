@@ -17,7 +17,7 @@ from fitting.parameters import (
 )
 from fitting.photograph.evidence import Evidence
 from fitting.photograph.picture import DrawnPicture, Picture
-from fitting.photograph.report_text import dominant_of, headline_of, report_of
+from fitting.photograph.report_text import dominant_of, headline_of, report_of, unstated_of
 from fitting.photograph.ring_radii import KEYS, KINDS, FittedRing, table_of
 from fitting.photograph.rival import Finding
 from newtonjax.numerics import require_choice
@@ -141,7 +141,7 @@ class FitResult(AbstractMeasurement):
         figure.draw_unwrapped(self.picture, self.centre_px, axes)
         return axes.figure
 
-    headline, dominant, report = headline_of, dominant_of, report_of
+    headline, dominant, unstated, report = headline_of, dominant_of, unstated_of, report_of
 
     def budgets(self) -> dict[str, list[tuple[str, float]]]:
         """The budget of what is measured."""

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fitting.parameters import rounded
+from fitting.parameters import with_sd
 from fitting.photo import Photograph, flatten
 from fitting.reasons import Reason
 from fitting.reticle.grid import Grid
@@ -154,7 +154,7 @@ def unevenness(stretches: np.ndarray, sds: np.ndarray) -> float:
 
 def _uneven_words(answer: Scale, uneven: float) -> Statement:
     along = [
-        f"{rounded(size, sd)} ± {sd:.2g} m along {axis}"
+        f"{with_sd(size, sd, 'm')} along {axis}"
         for axis, size, sd in (
             ("x", answer.pixel_size_x, answer.pixel_size_x_sd),
             ("y", answer.pixel_size_y, answer.pixel_size_y_sd),

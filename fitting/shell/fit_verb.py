@@ -145,7 +145,8 @@ def check_files(roles: Mapping[Path | None, str]) -> None:
     """Raises FileNotFoundError for a path that is no file, with its role."""
     for path, role in roles.items():
         if path is not None and not path.is_file():
-            raise FileNotFoundError(f"{path} is not a file; give the path of a {role}")
+            kind = "a folder, whose photographs newtonjax batch measures" if path.is_dir() else "not a file"
+            raise FileNotFoundError(f"{path} is {kind}; give the path of a {role}")
 
 
 def check_options(options: FitOptions) -> None:

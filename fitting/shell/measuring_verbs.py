@@ -120,6 +120,7 @@ def scale(
     ] = None,
     pointing_sd: Annotated[float, typer.Option(help="Standard deviation of each point, in pixels.")] = 0.5,
     transfer: Transfer = None,
+    mask: MaskImage = None,
     page: Page = None,
     json: Json = None,
     output_dir: OutputDir = None,
@@ -144,6 +145,7 @@ def scale(
         "disc_diameter": disc_diameter,
         "disc_diameter_sd": disc_diameter_sd,
         "transfer": transfer,
+        "mask": mask,
         "page": page,
     }
     if point or distance is not None:

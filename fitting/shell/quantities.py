@@ -4,8 +4,10 @@ import functools
 import math
 import re
 from collections.abc import Callable
+from decimal import Decimal
 
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
+_COMMA = re.compile(r"[+-]?\d+,\d")
 _UNIT = re.compile(r"[^\W\d_]+|°")
 _EXAMPLES = {"length": "nm, um, mm, cm or m, as in 589.3nm", "angle": "mrad, rad, deg or arcsec, as in 0.1mrad"}
 # Read without pint, whose registry takes longer to build than the other units are worth.
@@ -103,6 +105,8 @@ def _sd(text: str, read: Callable[[str], float], example: str) -> float | str:
 def _si(text: str, kind: str) -> float:
     offered = _EXAMPLES[kind]
     match = _NUMBER.fullmatch(text.strip())
+    if _COMMA.match(text.strip()):
+        raise ValueError(f"{text!r} has a decimal comma; write a point: {text.strip().replace(',', '.', 1)}")
     if not match:
         raise ValueError(f"{text!r} is no {kind}; give a number and a unit: {offered}")
     digits, unit = match.groups()
@@ -111,7 +115,8 @@ def _si(text: str, kind: str) -> float:
     factor = _factor(unit, kind)
     if factor is None:
         raise ValueError(f"{text!r}: {unit!r} is no unit of {kind}; give one of {offered}")
-    value = float(digits) * factor
+    # In decimal: 635 nm is 6.35e-07 m, where the product of two floats is 6.350000000000001e-07 m.
+    value = float(Decimal(digits) * Decimal(repr(factor)))
     if not math.isfinite(value):
         raise ValueError(f"{text!r} is too large; give a finite {kind}")
     return value

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from fitting.parameters import TABLE, AbstractMeasurement, Origin, Parameter, common_from, rounded, with_sd, with_unit
+from fitting.parameters import TABLE, AbstractMeasurement, Origin, Parameter, between, common_from, with_sd, with_unit
 
 
 class Compared(NamedTuple):
@@ -108,17 +108,16 @@ class Comparison(AbstractMeasurement):
     def report(self) -> str:
         """The comparison as text."""
         unit, name = TABLE[self.of].unit, self.of.replace("_", " ")
-        low, high = (rounded(end, self.sd) for end in self.interval)
         lines = [
             f"[[Result]]  {self.status}",
             f"    {name} = {with_sd(self.value, self.sd, unit)}",
-            f"    95 %: {low} to {high} {unit}".rstrip(),
+            f"    95 %: {between(self.interval, self.sd, unit)}",
             f"[[Budget]]  standard deviations of the {name} [{unit or 1}]",
             *(f"    {source:<12} {sd:.3g}" for source, sd in self.budget),
             f"[[Results]]  {name}, and over the first one (what they share cancels)",
         ]
         for row in self.rows:
-            value = with_sd(row.value, row.sd, unit) if row.sd else f"{row.value:.6g} {unit}".rstrip()
+            value = with_sd(row.value, row.sd, unit) if row.sd else with_sd(row.value, None, unit)
             lines.append(f"    {row.name:<24} {value:<28} {with_sd(row.ratio, row.ratio_sd) if row.ratio_sd else '1'}")
         if self.warnings:
             lines += ["[[Warnings]]"] + [f"    {text}" for text in self.warnings]

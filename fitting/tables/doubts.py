@@ -4,13 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from fitting.parameters import TABLE
 from fitting.pieces import Piece
 from fitting.reasons import Reason
 from fitting.tables.headers import METRES
 from newtonjax.numerics import Statement
 
-# What lenses and lamps have [m], and what fills a gap; beyond, a unit or a given number was mistaken.
-_SENSIBLE = {"radius": (1e-3, 1e3), "wavelength": (100e-9, 20e-6), "gap_index": (0.9, 2.5)}
 # By this share a value may be beyond them: at a limit rounding does not decide.
 _ROUNDED = 1e-9
 # Where no rough value is known, a proposal lies where most lenses and lamps are.
@@ -24,10 +23,8 @@ def doubts(measured: str, value: float, expected: float | None, column: str, uni
 
     They say what would explain it. `column`: what sizes were read from; `unit`: in which unit.
     """
-    if expected is None and measured not in _SENSIBLE:
-        return []
     if expected is None:
-        low, high = _SENSIBLE[measured]
+        low, high = TABLE[measured].sensible
         if low * (1 - _ROUNDED) <= value <= high * (1 + _ROUNDED):
             return []
         usual = _USUAL[measured]

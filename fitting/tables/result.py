@@ -9,9 +9,10 @@ from fitting.parameters import (
     AbstractMeasurement,
     Origin,
     Parameter,
+    between,
     common_from,
+    length_unit,
     parameters_from,
-    rounded,
     with_sd,
     with_unit,
 )
@@ -178,15 +179,15 @@ class RingsResult(AbstractMeasurement):
         if value is not None:
             lines += [f"    {self._name()} = {with_sd(value, value_sd, unit)}"]
         if interval is not None:
-            low, high = (rounded(end, value_sd) for end in interval)
-            lines += [f"    95 %: {low} to {high} {unit}".rstrip()]
+            lines += [f"    95 %: {between(interval, value_sd, unit)}"]
         if self.slope is not None:
             lines += [f"    slope of r² against order = {with_sd(self.slope, self.slope_sd, self.unit + '²')}"]
         if self.order_offset is not None:
             lines += [f"    offset from contact = {with_sd(self.order_offset, self.order_offset_sd, 'orders')}"]
         if self.budget:
+            factor, unit = length_unit(value, unit=unit)
             lines += [f"[[Budget]]  standard deviations of the {self._name()} [{unit or 1}]"]
-            lines += [f"    {source:<12} {sd:.3g}" for source, sd in self.budget]
+            lines += [f"    {source:<12} {sd * factor:.3g}" for source, sd in self.budget]
         if self.rings:
             lines += [f"[[Rings]]  order, radius [{self.unit}], residual [{self.unit}]"]
             lines += [f"    {r.order:<6g} {r.radius:<12.6g} {r.residual:< 12.2g} {r.flag}".rstrip() for r in self.rings]

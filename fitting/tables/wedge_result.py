@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from fitting.parameters import AbstractMeasurement, Origin, Parameter, common_from, rounded, with_sd
+from fitting.parameters import AbstractMeasurement, Origin, Parameter, between, common_from, with_sd
 
 # Numbers of the result, by the unit in their keys.
 _UNITS = {"spacing": "m", "wedge_angle": "rad", "thickness": "m"}
@@ -146,7 +146,7 @@ class WedgeResult(AbstractMeasurement):
                 continue
             text = f"    {name.replace('_', ' ')} = {with_sd(value, sd, unit)}"
             if (ends := getattr(self, f"{name}_interval", None)) is not None:
-                text += f" (95 %: {rounded(ends[0], sd)} to {rounded(ends[1], sd)})"
+                text += f" (95 %: {between(ends, sd, unit)})"
             lines.append(text)
         if self.budget:
             lines += ["[[Budget]]  relative standard deviations of the wedge angle"]

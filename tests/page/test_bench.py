@@ -42,6 +42,19 @@ def test_radii_of_dark_rings_are_those_of_the_exact_sphere(view):
     assert [ring["radius_m"] for ring in rings[1:]] == pytest.approx(exact[1:], rel=1e-4)
 
 
+def test_fringes_finer_than_two_pixels_are_said_and_nothing_is_foretold_of_them():
+    # Fringes 2 r / (R λ) per metre reach half a turn a pixel of 16 µm at r = 3.68 mm of a radius of 0.2 m.
+    about = bench_tasks.describe(Path(), print, {"radius": 0.2})
+    y, x = np.indices((512, 512)) - 255.5
+    # The path is 2 t = r²/R: along an axis it grows by 2 x s²/(R λ) a pixel.
+    share = np.mean(np.maximum(np.abs(x), np.abs(y)) * 2 * 16e-6**2 / (0.2 * 589.3e-9) > 0.5)
+    assert about["warning"].startswith(f"In {share:.0%} of the picture fringes are finer than two pixels")
+    assert about["bounds"] == ""
+    plain = bench_tasks.describe(Path(), print, {})
+    assert plain["warning"] == ""
+    assert "radius" in plain["bounds"]
+
+
 def difference(image: np.ndarray, other: np.ndarray) -> float:
     """Of two lines of pixels, in the mean, in codes."""
     return float(np.abs(image.astype(float) - other.astype(float)).mean())

@@ -19,10 +19,12 @@ def test_a_photograph_is_measured_and_its_files_are_kept(view, tmp_path):
     view.wait_for_selector("text=640 x 480 pixels")
     view.get_by_label("Lamp or wavelength", exact=True).fill("sodium")
     view.click("text=Fit the rings")
-    view.wait_for_selector("text=no-scale")
+    view.wait_for_selector("text=/^fringe scale n s²/")
+    view.wait_for_selector("text=To keep")
     view.get_by_label("Pixel size", exact=True).fill("8")
     view.click("text=Fit the rings")
     view.wait_for_selector("text=has no unit")
+    assert view.inner_text(".nj-headline").startswith("fringe scale")
     view.get_by_label("Pixel size", exact=True).fill("8um")
     view.click("text=Fit the rings")
     view.wait_for_selector("text=To keep")
@@ -210,5 +212,6 @@ def test_a_fit_that_waits_for_its_turn_is_cancelled(view, page):
     finally:
         page.call(turn.release)
     assert view.locator(".nj-headline").count() == 0
+    assert view.evaluate("document.activeElement.innerText") == "Fit the rings"
     fit(view)
     assert view.locator(".nj-headline").count() == 1

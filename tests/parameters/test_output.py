@@ -22,6 +22,16 @@ def test_files_are_replaced_only_when_asked(tmp_path):
     assert path.read_text() == "second"
 
 
+def test_the_json_of_a_refusal_is_replaced_without_asking(tmp_path):
+    path = tmp_path / "scale.json"
+    output.write(path, '{"status": "refused", "message": "no ruler"}', force=False)
+    output.write(path, '{"status": "ok"}', force=False)
+    assert json.loads(path.read_text()) == {"status": "ok"}
+    (tmp_path / "list.json").write_text('["refused"]')
+    with pytest.raises(FileExistsError):
+        output.write(tmp_path / "list.json", "{}", force=False)
+
+
 def test_a_write_that_fails_leaves_nothing_behind(tmp_path, monkeypatch):
     def full(*_):
         raise OSError("no space left")

@@ -116,6 +116,17 @@ def test_without_a_pixel_size_the_fringe_scale_is_the_answer(fitted):
     assert "pixel_size" in result.message
 
 
+def test_a_radius_that_no_lens_has_is_doubted_and_a_wavelength_that_no_light_has_is_refused(fitted):
+    far = fitting.fit(rings(noise=0.05), wavelength=WAVELENGTH, pixel_size=5e-4)
+    assert far.status == "ok"
+    assert any("is not what lenses and lamps have, 1 mm to 1000 m" in text for text in far.warnings)
+    assert not any("is not what lenses" in text for text in fitted.warnings)
+    none = fitting.fit(rings(noise=0.05), radius=1000 * fitted.radius, pixel_size=5e-6)
+    assert (none.status, none.radius) == ("refused", None)
+    assert none.message.startswith("the wavelength of 0.58")
+    assert none.message.endswith("check the units of what is given")
+
+
 def test_covariance_agrees_with_the_standard_deviations(fitted):
     sds = np.sqrt(np.diag(fitted.covariance))
     assert fitted.names == ("radius", "centre_x_px", "centre_y_px", "gap")

@@ -42,6 +42,13 @@ def test_what_does_not_go_together_is_refused(arguments):
         fitting.scale(**arguments)
 
 
+def test_a_scale_that_was_refused_is_no_scale_and_says_why(tmp_path):
+    path = tmp_path / "scale.json"
+    path.write_text(json.dumps(fitting.Scale("refused", "no ruler").to_dict()))
+    with pytest.raises(ValueError, match="holds no scale, for it was refused: no ruler"):
+        fitting.fit(np.zeros((64, 64)), wavelength=589.3e-9, scale=path)
+
+
 def test_the_shell_writes_what_a_fit_takes(tmp_path, capsys):
     file = tmp_path / "scale.json"
     command = ["scale", "--point", "120,340", "--point", "980,352", "--distance", "10mm", "--json", str(file)]

@@ -41,6 +41,17 @@ def test_the_usual_units_are_those_of_pint(kind, unit):
     assert str(root.units) == {"length": "meter", "angle": "radian"}[kind]
 
 
+@pytest.mark.parametrize(("text", "point"), [("1,3612um", "1.3612um"), ("589,3 nm", "589.3 nm"), ("-2,5m", "-2.5m")])
+def test_a_decimal_comma_is_refused_with_the_same_length_with_a_point(text, point):
+    with pytest.raises(ValueError, match=f"has a decimal comma; write a point: {point}"):
+        quantities.length(text)
+
+
+def test_a_length_is_the_float_nearest_to_what_is_typed():
+    assert quantities.length("635nm") == 6.35e-7
+    assert quantities.length("1.3612um") == 1.3612e-6
+
+
 @pytest.mark.parametrize("text", ["589.3", "0", "-1e-9", "1."])
 def test_a_bare_number_is_refused_with_the_units_offered(text):
     with pytest.raises(ValueError, match=r"has no unit; give one of nm, um, mm, cm or m, as in 589\.3nm"):

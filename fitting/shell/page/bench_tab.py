@@ -79,9 +79,12 @@ class BenchTab:
 
     def _show(self, about: dict[str, Any]) -> None:
         rings = [(str(ring["order"]), f"{1e3 * ring['radius_m']:.4f}") for ring in about["rings"]]
-        bounds = parts.block("What a photograph would tell", about["bounds"])
+        told = parts.block("What a photograph would tell", about["bounds"]) if about["bounds"] else ""
+        told = f"<h3>What a photograph of this bench would tell at best</h3>{told}" if told else ""
+        warning = f'<p class="nj-warning">{html.escape(about["warning"])}</p>' if about["warning"] else ""
         self._numbers.set_content(
-            parts.table("Dark rings (one wavelength)", ("order", "radius [mm]"), rings)
+            warning
+            + parts.table("Dark rings (of the wavelength of the slider)", ("order", "radius [mm]"), rings)
             + f"<p>Drawn by {html.escape(about['way'])}.</p>"
-            + f"<h3>What a photograph of this bench would tell at best</h3>{bounds}"
+            + told
         )

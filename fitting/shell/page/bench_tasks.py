@@ -47,6 +47,10 @@ VIEWS = ("reflected", "transmitted")
 LIGHTS = {"": "one wavelength", "sodium": "sodium lamp", "mercury": "mercury lamp", "white:5500K": "white light"}
 # Of the incident irradiance: what is darker is shown as black.
 _DARKEST = 1e-12
+_TOO_FINE = (
+    "In {share:.0%} of the picture fringes are finer than two pixels: the rings that are seen there are none of the "
+    "bench's. Make the pixels smaller, or the radius larger."
+)
 # No more rings are listed.
 _RINGS = 12
 
@@ -66,7 +70,10 @@ def draw(files: Path, tell: Tell, values: Mapping[str, Any]) -> bytes:
 
 
 def describe(files: Path, tell: Tell, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Radii of the first dark rings, and the deviations that a photograph of the bench could give at best."""
+    """Radii of the first dark rings, and the deviations that a photograph of the bench could give at best.
+
+    Of a bench whose fringes are too fine for its pixels a warning in place of the latter.
+    """
     del files, tell
     import fitting
     import newtonjax as nj
@@ -74,10 +81,12 @@ def describe(files: Path, tell: Tell, values: Mapping[str, Any]) -> dict[str, An
     scene, camera = _bench({**values, "light": ""})
     plan = nj.plan(scene, camera)
     path = np.asarray(nj.opd(scene, camera))
-    bounds = fitting.information(scene, camera, free=("radius", "gap"))
+    too_fine = _too_fine(path / float(scene.wavelength))
+    bounds = "" if too_fine else fitting.information(scene, camera, free=("radius", "gap")).report()
     rings = _dark_rings(path, float(scene.wavelength), scene.view, float(camera.pixel_size))
     way = f"{type(plan.method).__name__}: {plan.reason}; wrong by at most {plan.intensity_error:.1g} of the brightest"
-    return {"rings": rings, "bounds": bounds.report(), "way": way}
+    warning = _TOO_FINE.format(share=too_fine) if too_fine else ""
+    return {"rings": rings, "bounds": bounds, "way": way, "warning": warning}
 
 
 def compare(files: Path, tell: Tell, values: Mapping[str, Any]) -> str:
@@ -86,6 +95,12 @@ def compare(files: Path, tell: Tell, values: Mapping[str, Any]) -> str:
     import fitting
 
     return fitting.tradeoff(*_bench({**values, "light": ""})).report()
+
+
+def _too_fine(turns: np.ndarray) -> float:
+    """The share of a picture whose fringes are finer than two pixels."""
+    steps = np.abs(np.diff(turns, axis=0))[:, 1:], np.abs(np.diff(turns, axis=1))[1:]
+    return float(np.mean(np.maximum(*steps) > 0.5))
 
 
 def _dark_rings(path: np.ndarray, wavelength: float, view: str, pixel_size: float) -> list[dict[str, Any]]:

@@ -24,6 +24,15 @@ function njDrop(token) {
   }
 }
 
+// A blank opens what has the role of a button, as it presses one, and does not scroll the page.
+document.addEventListener("keydown", (event) => {
+  if (event.key === " " && event.target.matches('[role="button"], .q-item')) event.preventDefault();
+});
+// A button that is switched off loses the focus; what takes its place has it then.
+function njFocus(id) {
+  setTimeout(() => { if (document.activeElement === document.body) document.getElementById(id)?.focus(); }, 100);
+}
+
 // The picture of the bench: the newest numbers are sent as soon as a picture arrives, which is drawn meanwhile.
 function njBench(token) {
   const canvas = document.getElementById("bench");
@@ -39,6 +48,8 @@ function njBench(token) {
       numbers[field.dataset.bench] = field.type === "range" ? Number(field.value) : field.value;
       if (field.type === "range") document.getElementById(field.id + "-value").textContent = field.value;
     }
+    // The lines of a lamp are its own.
+    document.getElementById("bench-wavelength").disabled = Boolean(numbers.light);
     return numbers;
   };
   const next = () => {

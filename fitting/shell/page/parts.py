@@ -102,6 +102,12 @@ def message(text: str = "") -> Any:
     return ui.label(text).props("role=status aria-live=polite")
 
 
+def say(line: Any, text: str, is_wrong: bool = False) -> None:
+    """Change such a line; what is wrong stands out."""
+    line.set_text(text)
+    line.classes(**{"add" if is_wrong else "remove": "nj-warning"})
+
+
 def figure(address: str, alt: str, caption: str) -> str:
     """A picture with its caption."""
     return (

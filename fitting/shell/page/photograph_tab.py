@@ -88,11 +88,14 @@ class PhotographTab:
     def _arrived(self, answer: dict[str, Any]) -> None:
         """Say what became of a photograph; the steps after it begin anew."""
         if not answer["ok"]:
-            self._photograph_line.set_text(f"Not a photograph that can be used: {answer['message']}")
+            kept = f". {self._session.name} is still here" if self._session.data else ""
+            parts.say(
+                self._photograph_line, f"Not a photograph that can be used: {answer['message']}{kept}.", is_wrong=True
+            )
             return
         self._say_photograph()
         self._scale.refresh()
-        self._region.refresh()
+        self._region.reset()
         self._numbers.refresh()
         self._result.clear()
         self._show_evidence({})
@@ -102,7 +105,9 @@ class PhotographTab:
     def _say_photograph(self) -> None:
         about = self._session.about
         warnings = "".join(f" {text}." for text in about["warnings"])
-        self._photograph_line.set_text(f"{self._session.name}: {about['columns']} x {about['rows']} pixels.{warnings}")
+        parts.say(
+            self._photograph_line, f"{self._session.name}: {about['columns']} x {about['rows']} pixels.{warnings}"
+        )
 
     def _restore(self) -> None:
         """Show what the session holds already: the page was loaded again."""
@@ -128,27 +133,28 @@ class PhotographTab:
     async def _fit(self) -> None:
         session = self._session
         if not session.data:
-            self._fit_line.set_text("Choose a photograph first (step 1).")
+            parts.say(self._fit_line, "Choose a photograph first (step 1).", is_wrong=True)
             return
         if session.running is not None:
             return
-        self._result.clear()
         try:
             settings = await self._scale.settings()
             switches = {name: box.value for name, box in self._parts.items() if box.value}
             settings = settings._replace(texts={**settings.texts, **switches, **self._numbers.texts()})
             work = session.measure(settings, self._follow)
+            self._result.clear()
             self._show_running(True)
+            parts.run_script("njFocus", f"c{self._cancel_button.id}")
             await work
             self._result.show_files()
             await self._numbers.draw()
             self._end(f"Done after {time.monotonic() - session.began:.1f} s.")
         except asyncio.CancelledError:
-            self._end("Cancelled. The numbers above are as they were.")
+            self._end("Cancelled: there is no new answer.", is_wrong=True)
         except WorkError as error:
-            self._end(f"No fit: {error}")
+            self._end(f"No fit: {error}", is_wrong=True)
         except ValueError as error:
-            self._end(f"Look at steps 2 and 4: {error}")
+            self._end(f"Look at steps 2 and 4: {error}", is_wrong=True)
 
     def _follow(self, kind: str, content: Any) -> None:
         """Show the numbers as soon as they are there, and each picture; all else is asked for twice a second."""
@@ -163,10 +169,15 @@ class PhotographTab:
         self._fit_button.set_enabled(not is_running)
         self._cancel_button.set_enabled(is_running)
 
-    def _end(self, text: str) -> None:
-        self._fit_line.set_text(text)
+    def _end(self, text: str, is_wrong: bool = False) -> None:
+        """Say how a fit ended; what gave no answer leaves the one before it."""
+        if is_wrong and self._session.answer:
+            self._show_answer()
+            self._result.show_files()
+        parts.say(self._fit_line, text, is_wrong)
         self._bar.set_value(0.0)
         self._show_running(False)
+        parts.run_script("njFocus", f"c{self._fit_button.id}")
 
     async def _tick(self) -> None:
         """Say twice a second what is waited for, and for how long; a page that was loaded again follows so too."""

@@ -22,6 +22,8 @@ from fitting.shell.scale_verb import points_of
 Tell = Callable[[str, Any], None]
 # What is told while a photograph is measured: steps of the fit, its numbers, and each picture of it when it is drawn.
 PROGRESS, ANSWER, PICTURE = "progress", "answer", "picture"
+# What the page shows beside the result's own numbers: its methods that say something.
+ADDED = ("headline", "dominant", "unstated")
 _SAMPLE = "sample.png"
 # Of a ring on the screen.
 _CORNERS = 120
@@ -74,7 +76,8 @@ def measure(
             scale_file.write_bytes(added[SCALE])
             arguments["scale"] = scale_file
         result = fitting.fit(path, progress=lambda done, steps: tell(PROGRESS, (done, steps)), **arguments)
-    tell(ANSWER, {**result.to_dict(), "headline": result.headline(), "dominant": result.dominant()})
+    words = {name: getattr(result, name)() for name in ADDED}
+    tell(ANSWER, result.to_dict() | words)
     for picture in pictures.of_result(result):
         tell(PICTURE, picture)
     text = f"{result.report()}\n"

@@ -62,6 +62,15 @@ class RegionStep:
         with self._picture:
             ui.html(parts.figure(address, "the photograph; what the fit leaves out is red", caption), sanitize=False)
 
+    def reset(self) -> None:
+        """Begin anew with another photograph: all of it is used."""
+        for fields in self._fields.values():
+            for entry in fields.values():
+                entry.value = None
+        self._shape.choose(_ALL)
+        self._choose(_ALL)
+        self.refresh()
+
     async def _use(self) -> None:
         await self._narrow((*self._session.region, self._typed()))
 
@@ -74,9 +83,9 @@ class RegionStep:
             return
         try:
             await self._session.narrow(region)
-            self._line.set_text("")
+            parts.say(self._line, "")
         except (WorkError, ValueError) as error:
-            self._line.set_text(str(error))
+            parts.say(self._line, str(error), is_wrong=True)
         self.refresh()
 
     @property

@@ -5,8 +5,9 @@ from typing import Any
 
 from nicegui import ui  # pyright: ignore[reportMissingImports]  # an extra
 
-from fitting.parameters import TABLE, explained, with_sd
+from fitting.parameters import TABLE, between, exact, explained, length_unit, with_sd
 from fitting.shell.page import parts
+from fitting.shell.page.photograph_tasks import ADDED
 from fitting.shell.page.sessions import Session
 
 # Files to keep, in their order, with what they are.
@@ -97,7 +98,7 @@ class ResultStep:
             ui.html(f'<ul class="nj-links">{links}</ul>', sanitize=False)
 
     def _keep_scale(self) -> None:
-        self._session.scale = {key: value for key, value in self._session.answer.items() if key not in _ADDED}
+        self._session.scale = {key: value for key, value in self._session.answer.items() if key not in ADDED}
         ui.notify("Step 2 now offers this pixel size for the next photograph.")
 
     def show_pictures(self) -> None:
@@ -112,16 +113,16 @@ class ResultStep:
 
 # Share of the variance below which a row of the budget is not shown; the report has all of them.
 _SMALLEST = 1e-6
-# What the page adds to the result's own numbers.
-_ADDED = ("headline", "dominant")
 
 
 def _sentences(answer: dict[str, Any]) -> list[str]:
     """The interval, and what would make it narrower."""
     sentences = []
     if answer["status"] == "ok" and answer["radius_interval_m"]:
-        low, high = answer["radius_interval_m"]
-        sentences.append(f"With a probability of 95 % between {low:.6g} m and {high:.6g} m.")
+        sd = answer["parameters"]["radius"]["sd"] if "radius" in answer["parameters"] else None
+        sentences.append(f"With a probability of 95 % from {between(answer['radius_interval_m'], sd, 'm')}.")
+    if answer["unstated"]:
+        sentences.append(f"{answer['unstated'].replace('_', ' ')}.")
     if answer["dominant"]:
         sentences.append(
             f"Most of the uncertainty is of {answer['dominant'].removeprefix('largest: ').replace('_', ' ')}."
@@ -136,11 +137,11 @@ def _budget(answer: dict[str, Any]) -> str:
     rows = [(source, sd) for source, sd in rows if sd**2 > _SMALLEST * total]
     if not total:
         return ""
-    unit = TABLE[answer["measured"]].unit
+    factor, unit = length_unit(answer["parameters"][answer["measured"]]["value"], unit=TABLE[answer["measured"]].unit)
     lines = "".join(
         f'<tr><th scope="row">{html.escape(source.replace("_", " "))}</th>'
-        f"<td>{sd:.2g} {unit}</td><td>{sd**2 / total:.0%}</td>"
-        f'<td><div class="nj-bar" style="width:{8 * sd / max(sd for _, sd in rows):.2f}rem"></div></td></tr>'
+        f"<td>{sd * factor:.2g} {unit}</td><td>{sd**2 / total:.0%}</td>"
+        f'<td><div class="nj-bar" style="width:{8 * sd**2 / total:.2f}rem"></div></td></tr>'
         for source, sd in sorted(rows, key=lambda row: -row[1])
     )
     title = f"What the uncertainty of the {answer['measured'].replace('_', ' ')} is made of"
@@ -156,13 +157,16 @@ def _parameters(answer: dict[str, Any]) -> str:
         (name.replace("_", " "), _number(name, parameter), "given" if parameter["fixed"] else "measured")
         for name, parameter in answer["parameters"].items()
     ]
+    if answer["fringe_scale_per_px2"]:
+        scale = with_sd(answer["fringe_scale_per_px2"], answer["fringe_scale_sd_per_px2"], "per px²")
+        rows.insert(0, ("fringe scale", scale, "measured"))
     return parts.table("Numbers", ("name", "value", "from"), rows) if rows else ""
 
 
 def _number(name: str, parameter: dict[str, Any]) -> str:
     unit = TABLE[name].unit if name in TABLE else ""
     if not parameter["sd"]:
-        return f"{parameter['value']:.8g} {unit}".strip()
+        return exact(parameter["value"], unit)
     return with_sd(parameter["value"], parameter["sd"], unit).strip()
 
 

@@ -102,7 +102,10 @@ class Session:
         return answer["words"]
 
     async def measure(self, settings: Settings, listener: Callable[[str, Any], None]) -> None:
-        """Fit the photograph; answer and files are then here. Raises WorkError, and CancelledError after `cancel`."""
+        """Fit the photograph; answer and files are then here, and where there is no new answer those before it.
+
+        Raises WorkError, and CancelledError after `cancel`.
+        """
         settings = settings._replace(has_mask=bool(self.region))
         settings.arguments()  # what cannot be read is said at once
 
@@ -121,12 +124,17 @@ class Session:
             listener(kind, content)
 
         work = self.photographs.call("measure", self.data, self.name, settings, self.region, listener=tell)
+        before = self.answer, self.files
         self.answer, self.files = {}, {}
         self.began, self.progress = time.monotonic(), (0, 4)
         self.running = asyncio.get_running_loop().create_task(work)
         try:
             drawn_files = await self.running
             self.files |= drawn_files
+        except BaseException:
+            if not self.answer:
+                self.answer, self.files = before
+            raise
         finally:
             self.running = None
 

@@ -27,7 +27,8 @@ class TableTab:
     def build(self) -> None:
         """Show the fields."""
         with parts.section("A table of rings"):
-            self._table = ui.textarea("Table").props(f'outlined rows=10 hint="{_HINT}"').classes("w-full")
+            self._table = ui.textarea("Table").props("outlined rows=10").classes("w-full")
+            ui.label(_HINT).classes("nj-aside")
             with parts.row():
                 self._fields = {
                     name: parts.field(self._session.form, f"table-{name}", *texts) for name, texts in _FIELDS.items()
@@ -42,13 +43,13 @@ class TableTab:
         self._table.value, self._fields["wavelength"].value = _EXAMPLE, "sodium"
 
     async def _measure(self) -> None:
-        self._line.set_text("Computing ...")
+        parts.say(self._line, "Computing ...")
         self._area.clear()
         texts = {name: str(entry.value or "").strip() for name, entry in self._fields.items()}
         try:
             answer = await self._worker.call("table", str(self._table.value or ""), texts)
         except WorkError as error:
-            self._line.set_text(str(error))
+            parts.say(self._line, str(error), is_wrong=True)
             return
         self._line.set_text("" if answer["status"] == "ok" else f"The answer is: {answer['status']}.")
         self._session.table_files = answer["files"]
