@@ -69,6 +69,7 @@ browser: $(READY)
 	@touch $@
 
 $(READY): requirements.lock pyproject.toml
+	@echo "setting up .venv, with what requirements.lock names: a minute or two"
 	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit("newtonjax needs Python 3.11 or later, and $(PYTHON) is " + sys.version.split()[0] + "; name another one: make PYTHON=python3.12 ...")'
 	$(PYTHON) -m venv --clear .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock

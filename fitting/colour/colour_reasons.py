@@ -11,7 +11,8 @@ class ColourReason(Wording):
 
     LINES_NOT_SEEN = (
         "the rings do not show the lines of this light: bands without lines explain them as well (odds of e^{odds:.1f} "
-        "for the lines, at least e^{least:g} are required); a radius needs lines, or one wavelength behind a filter"
+        "for the lines, at least e^{least:g} are required); a radius needs lines, or one wavelength "
+        "with its standard deviation, of an LED or behind a filter"
     )
     ONE_LINE_SEEN = (
         "the rings show one line alone, not the several of this light: any single line explains them as well (odds of "

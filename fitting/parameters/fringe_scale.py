@@ -205,8 +205,8 @@ def quantities(given: dict[str, float | None], sd: dict[str, Deviation | None], 
     missing = [name for name in EXPONENTS if name not in values]
     if not missing:
         raise ValueError(
-            "radius, wavelength, pixel_size and gap_index are all given: nothing is left to measure; "
-            "leave one out, or name it in free"
+            "radius, wavelength and pixel_size are all given, and a gap_index: nothing is left to measure; leave out "
+            "what is to be measured"
         )
     return Quantities(
         values,

@@ -20,8 +20,11 @@ def app(
     It answers this machine alone, and contacts no other. Photographs are kept in memory until
     their tab is closed. Wants the extra `app`.
     """
+    from fitting.shell.progress import waiting
+
     try:
-        from fitting.shell.page.server import Address, serve
+        with waiting("loading the page"):
+            from fitting.shell.page.server import Address, serve
     except ModuleNotFoundError as error:
         if str(error.name).split(".")[0] not in ("nicegui", "fastapi", "uvicorn", "starlette"):
             raise

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
+from typer.main import get_command
 
 from fitting.parameters import output
 from fitting.shell import stopping
@@ -51,13 +52,23 @@ def main(arguments: list[str] | None = None) -> int:
         with stopping.watched():
             return app(args=separated, prog_name="newtonjax", standalone_mode=False) or 0
     except typer.TyperException as error:
-        return _fail(error.format_message())
+        return _fail(_with_help(error.format_message(), separated))
     except (ValueError, OSError) as error:
         return _fail(_with_advice(error, arguments), exit_status(error))
     except typer.Abort:
         return 130
     except SystemExit as ending:  # Typer's, after an answer to the shell
         return int(ending.code or 0)
+
+
+def _with_help(message: str, arguments: list[str]) -> str:
+    """What is wrong with the words of a command, and which command lists those that it takes."""
+    message = message.replace(": Value error, ", ": ").rstrip(".")
+    if message.endswith("?"):  # it makes a proposal
+        return message
+    verbs = getattr(get_command(app), "commands", {})
+    command = " ".join(["newtonjax", *(word for word in arguments[:1] if word in verbs)])
+    return f"{message}; `{command} --help` lists what is allowed"
 
 
 def _with_advice(error: Exception, arguments: list[str]) -> str:
