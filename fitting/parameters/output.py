@@ -9,12 +9,12 @@ from pathlib import Path
 
 import msgspec
 
+# Of the JSON of a refusal [bytes].
+_LONGEST_REFUSAL = 1_000_000
 # Files that this process has written whole, in their order.
 written: list[Path] = []
 # What a process that is stopped removes: half-written files, and the folders that it made if they are still empty.
 _half_written: set[Path] = set()
-# Of the JSON of a refusal [bytes].
-_LONGEST_REFUSAL = 1_000_000
 _folders: list[Path] = []
 # Held while these change; a process that is stopped takes it and does not give it back.
 _changing = threading.Lock()
@@ -24,7 +24,8 @@ def check_free(paths: list[Path], force: bool, keep: tuple[Path, ...] = ()) -> N
     """Refuse outputs before the work starts.
 
     Raises FileExistsError for a file that is there already (unless `force`, or it is the JSON of a refusal, which is
-    no answer that could be lost), ValueError for one of `keep` (what the command reads), and FileNotFoundError for a folder that is not there.
+    no answer that could be lost), ValueError for one of `keep` (what the command reads), and FileNotFoundError for a
+    folder that is not there.
     """
     if len({path.absolute() for path in paths}) < len(paths):
         raise ValueError(f"two answers would go to one file; name another file than {paths[-1]}")
