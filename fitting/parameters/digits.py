@@ -1,6 +1,7 @@
 """Numbers in text: rounded to the second digit of their standard deviation, lengths in a unit of their size."""
 
 import math
+from collections.abc import Sequence
 
 # Units of length from their least size on [m].
 _LENGTHS = ((0.1, "m"), (1e-4, "mm"), (1e-6, "um"), (0.0, "nm"))
@@ -33,8 +34,8 @@ def with_sd(value: float, sd: float | None, unit: str = "") -> str:
     return f"{rounded(value, sd)}{deviation} {unit}".rstrip()
 
 
-def between(ends: tuple[float, float], sd: float | None, unit: str = "") -> str:
-    """An interval, to the digits of a standard deviation: "9.829 to 9.884 mm"."""
+def between(ends: Sequence[float], sd: float | None, unit: str = "") -> str:
+    """An interval (low, high), to the digits of a standard deviation: "9.829 to 9.884 mm"."""
     factor, unit = length_unit(*ends, unit=unit)
     low, high = (rounded(end * factor, None if sd is None else sd * factor) for end in ends)
     return f"{low} to {high} {unit}".rstrip()
