@@ -10,7 +10,7 @@ the syntax of `str.format`, and may be put better. A translation is a table from
 
 from enum import unique
 
-from fitting.wordings import BeamWords, FormWords, GridWords, RivalWords, StudyWords, TogetherWords
+from fitting.wordings import BeamWords, FormWords, GridWords, RivalWords, StudyWords, TogetherWords, WedgeWords
 from newtonjax.numerics import Wording
 
 
@@ -94,9 +94,7 @@ class Reason(Wording):
     NOT_CONVERGED = "least squares did not converge; mask what is not rings, or give start"
     UNDETERMINED = "undetermined: {error}"
     CURVATURE_UNCERTAIN = "the curvature is not determined: its standard deviation exceeds a fifth of its value"
-    UNLIKELY_SIZE = (
-        "the {measured} of {value} is not what lenses and lamps have, {low} to {high}; check the units of what is given"
-    )
+    UNLIKELY_SIZE = "the {measured} of {value} is not what lenses and lamps have, {low} to {high}; check the units given"
     NO_SCALE = "{missing} are not given; only one unknown can be measured, so the result is the fringe scale"
     PLATE_LENS_NOT_CONVEX = "with a plate radius of {plate:g} m and rings of {effective:.4g} m the lens is not convex"
     PLATE_LENS_TOO_SMALL = "at a plate radius of {plate:g} m the lens, {lens:.3g} m, is below its rings, {reach:.3g} m"
@@ -271,13 +269,11 @@ class Reason(Wording):
     )
 
     # Positions of straight fringes, as of a wedge.
-    FEW_FRINGES_OF_WEDGE = "positions of {count} fringes; a wedge needs at least three orders"
-    NO_SPACING = "the positions do not determine a spacing: {spacing:.3g} +/- {sd:.2g} m; read more fringes"
-    WEDGE_TOO_STEEP = "a spacing of {spacing:.3g} m is finer than the fringes of any wedge; check the units"
-    FRINGES_MISCOUNTED = (
-        "orders {before:g} and {after:g} lie {rings:.2g} +/- {sd:.1g} orders farther apart than counted"
-    )
-    UNEVEN_FRINGES = "the spacing changes by {change:+.1%} over the table ({deviations:.1f} sd); its mean was used"
+    FEW_FRINGES_OF_WEDGE = WedgeWords.FEW_FRINGES_OF_WEDGE
+    NO_SPACING = WedgeWords.NO_SPACING
+    WEDGE_TOO_STEEP = WedgeWords.WEDGE_TOO_STEEP
+    FRINGES_MISCOUNTED = WedgeWords.FRINGES_MISCOUNTED
+    UNEVEN_FRINGES = WedgeWords.UNEVEN_FRINGES
 
     # Several pictures in one answer.
     PICTURE_LEFT_OUT = TogetherWords.PICTURE_LEFT_OUT

@@ -142,3 +142,15 @@ class GridWords:
         "the rings are stretched by {rings:.4f} ± {rings_sd:.2g} (x over y), the grid by {grid:.4f} ± {grid_sd:.2g}, "
         "{ratio:.2g} standard deviations apart: one was photographed at a slant. The radius may be {size:.2%} off"
     )
+
+
+class WedgeWords:
+    """Sentences about positions of straight fringes, as of a wedge."""
+
+    FEW_FRINGES_OF_WEDGE = "positions of {count} fringes; a wedge needs at least three orders"
+    NO_SPACING = "the positions do not determine a spacing: {spacing:.3g} +/- {sd:.2g} m; read more fringes"
+    WEDGE_TOO_STEEP = "a spacing of {spacing:.3g} m is finer than the fringes of any wedge; check the units"
+    FRINGES_MISCOUNTED = (
+        "orders {before:g} and {after:g} lie {rings:.2g} +/- {sd:.1g} orders farther apart than counted"
+    )
+    UNEVEN_FRINGES = "the spacing changes by {change:+.1%} over the table ({deviations:.1f} sd); its mean was used"

@@ -6,6 +6,8 @@ from scipy import ndimage
 
 from fitting.photograph.picture import DrawnPicture, Picture
 
+# Of the unwrapped view and the profile.
+_PHASE = "phase [turns], whole where it is bright"
 # No more rings than this are drawn: beyond, they would hide the photograph.
 _RINGS = 40
 
@@ -26,7 +28,7 @@ def of_picture(picture: Picture | DrawnPicture, centre: tuple[float, float], tit
     mean = [np.nanmean(np.where(np.isfinite(data), table, np.nan)[:, covered], axis=0) for table in (data, model)]
     profile.plot(order[covered], mean[0], ".", ms=3, color="0.4", label="photograph")
     profile.plot(order[covered], mean[1], color="tab:red", lw=1, label="model")
-    profile.set(xlabel="phase [turns], whole where it is bright", ylabel="mean over angle", title="profile")
+    profile.set(xlabel=_PHASE, ylabel="mean over angle", title="profile")
     profile.legend(loc="upper right")
     figure.suptitle(title)
     return figure
@@ -41,7 +43,7 @@ def draw_unwrapped(
     extent = (order[0], order[-1], np.degrees(angle[-1]), np.degrees(angle[0]))
     low, high = _black_and_white(picture)
     axes.imshow(stripes, cmap="gray", aspect="auto", extent=extent, vmin=low, vmax=high, interpolation="nearest")
-    axes.set(xlabel="phase [turns], whole where it is bright", ylabel="angle [°]", title="unwrapped: bands of photograph and model in turn")
+    axes.set(xlabel=_PHASE, ylabel="angle [°]", title="unwrapped: bands of photograph and model in turn")
     return data, model, order
 
 
