@@ -94,7 +94,7 @@ class Reason(Wording):
     NOT_CONVERGED = "least squares did not converge; mask what is not rings, or give start"
     UNDETERMINED = "undetermined: {error}"
     CURVATURE_UNCERTAIN = "the curvature is not determined: its standard deviation exceeds a fifth of its value"
-    UNLIKELY_SIZE = "the {measured} of {value} is not what lenses and lamps have, {low} to {high}; check the units given"
+    UNLIKELY_SIZE = "the {measured} of {value} is not what lenses and lamps have, {low} to {high}: check the units"
     NO_SCALE = "{missing} are not given; only one unknown can be measured, so the result is the fringe scale"
     PLATE_LENS_NOT_CONVEX = "with a plate radius of {plate:g} m and rings of {effective:.4g} m the lens is not convex"
     PLATE_LENS_TOO_SMALL = "at a plate radius of {plate:g} m the lens, {lens:.3g} m, is below its rings, {reach:.3g} m"

@@ -124,7 +124,7 @@ def test_a_radius_that_no_lens_has_is_doubted_and_a_wavelength_that_no_light_has
     none = fitting.fit(rings(noise=0.05), radius=1000 * fitted.radius, pixel_size=5e-6)
     assert (none.status, none.radius) == ("refused", None)
     assert none.message.startswith("the wavelength of 0.58")
-    assert none.message.endswith("check the units given")
+    assert none.message.endswith("check the units")
 
 
 def test_covariance_agrees_with_the_standard_deviations(fitted):

@@ -66,7 +66,7 @@ def parts(folder: Path, hosts: tuple[str, ...], says: str = "") -> Parts:
     # A bar over the page for every picture would only distract, and it has no name for a screen reader.
     framework.config.quasar_config["loadingBar"]["skipHijack"] = True
 
-    @ui.page("/", title="newtonjax")
+    @ui.page("/", title="newtonjax")  # pyright: ignore[reportUntypedFunctionDecorator]  # where the extra is not there
     def page(session: str = "") -> None:
         show(sessions, photographs, bench, session)
 
