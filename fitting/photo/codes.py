@@ -16,6 +16,9 @@ SATURATED = 0.98
 # The stop's edge is where light has fallen to this share of the field's; where this has fallen to that share of its
 # brightest part, it ends without one.
 _EDGE, _FAINTEST = 0.35, 0.08
+# A surround is black to this share of the light, over this share of the frame, and no narrower than one part in so many
+# of it: of 300 made frames full of rings of 1.5 orders and more at most 0.143 of one is so (of one order 0.2).
+_BLACK, _SURROUND, _NARROWEST = 0.03, 0.19, 16
 # What is near the edge: widths of the blur, and the least share of the field in it; and rounds that look for more.
 _NEARBY, _BESIDE, _ROUNDS = 5.0, 0.02, 12
 
@@ -205,19 +208,37 @@ def lit_field(codes: Codes) -> tuple[np.ndarray, np.ndarray | None]:
     high, low = blurred[bright].mean(), blurred[~bright].mean()
     field = _largest(np.asarray(ndimage.binary_fill_holes(bright)))
     dark = np.asarray(ndimage.binary_erosion(~field, iterations=round(2 * width), border_value=1), bool)
-    if low > 0.5 * high or dark.mean() < 0.15 or (bright & ~field).sum() > 0.01 * bright.sum():
-        return everything, None
-    if np.subtract(*np.percentile(blurred[dark], [90, 10])) > 0.65 * (high - low):
-        return everything, None
+    rows, columns = (np.minimum(np.arange(n) // factor, m - 1) for n, m in zip(codes.shape, field.shape, strict=True))
+    is_one = low <= 0.5 * high and dark.mean() >= 0.15 and (bright & ~field).sum() <= 0.01 * bright.sum()
+    if not is_one or np.subtract(*np.percentile(blurred[dark], [90, 10])) > 0.65 * (high - low):
+        unlit = _unlit(blurred, width)
+        return (everything if unlit is None else ~unlit[:, columns][rows]), None
     # Near halfway down the edge lies the stop; the blur's width further in, light is no longer cut.
     field = _largest(np.asarray(ndimage.binary_fill_holes(blurred > low + _EDGE * (high - low))))
     black = min(low, float(np.percentile(blurred[dark], 10)))
     wider = _grown(field, blurred - black, _FAINTEST * (high - black), _NEARBY * width)
     field, wider = (ndimage.binary_erosion(one, iterations=round(width), border_value=1) for one in (field, wider))
-    rows, columns = (np.minimum(np.arange(n) // factor, m - 1) for n, m in zip(codes.shape, field.shape, strict=True))
     # Whole rows at a time: both indices at once take ten times as long.
     bright, dim = (one[:, columns][rows] for one in (field, wider & ~field))
     return bright, dim
+
+
+def _unlit(light: np.ndarray, width: float) -> np.ndarray | None:
+    """What is black at the frame's border, where wide rings cut the field in several; None where that is no surround.
+
+    Of rings that fill a frame, of one order and more, less than `_SURROUND` is as near to black: between two of them
+    light is that of a dark ring in a tenth of their distance. `light` is smoothed over `width` [blocks].
+    """
+    low, high = np.percentile(light, [2, 98])
+    size = max(2, min(light.shape) // _NARROWEST)
+    padded = np.pad(light < low + _BLACK * (high - low), size, mode="edge")
+    black = ndimage.binary_opening(padded, np.ones((size, size)))[size:-size, size:-size]
+    labels = np.asarray(ndimage.label(black)[0])
+    at_border = np.unique(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
+    black = np.isin(labels, at_border[at_border > 0])
+    if black.mean() < _SURROUND:
+        return None
+    return np.asarray(ndimage.binary_dilation(black, iterations=round(2 * width)))
 
 
 def _grown(field: np.ndarray, light: np.ndarray, faintest: float, width: float) -> np.ndarray:

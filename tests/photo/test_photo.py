@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 from rings_data import rings
 
+import fitting
 from fitting.photo import read
 from fitting.photo.image_file import load
 from newtonjax.numerics import memory
@@ -77,6 +78,35 @@ def test_dark_surround_of_a_round_field_is_masked():
     assert photo.mask[inside].mean() > 0.8
 
 
+def few_rings_in_a_stop(orders: float, soft: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray, float]:
+    """Wide rings in a round stop, lit from the right, with noise; where the stop is open, and turns per pixel²."""
+    y, x = np.mgrid[:300, :340].astype(float)
+    r2 = (x - 80) ** 2 + (y - 165) ** 2
+    scale = orders / 110**2
+    lit = 1 / (1 + np.exp((np.hypot(x - 150, y - 155) - 110) / soft))
+    light = (0.004 + lit * np.exp(1.8 * (x / 170 - 1))) * (0.5 - 0.48 * np.cos(2 * np.pi * scale * r2))
+    return light + np.random.default_rng(seed).normal(0, 0.006, light.shape), lit, scale
+
+
+@pytest.mark.parametrize("orders", [3.0, 4.0, 6.0])
+@pytest.mark.parametrize("soft", [2.0, 8.0])
+def test_a_stop_is_found_around_rings_that_are_wide(orders, soft):
+    light, lit, scale = few_rings_in_a_stop(orders, soft)
+    used = read(light).mask
+    assert used[lit < 0.01].mean() < 0.1
+    assert used[lit > 0.9].mean() > 0.9
+    result = fitting.fit(light, wavelength=589.3e-9)
+    if result.fringe_scale_per_px2 is not None:
+        assert abs(result.fringe_scale_per_px2 - scale) < 4 * result.fringe_scale_sd
+
+
+def test_a_black_contact_inside_of_the_frame_is_no_surround():
+    y, x = np.mgrid[:300, :300].astype(float)
+    r2 = np.maximum((x - 150) ** 2 + (y - 150) ** 2 - 85**2, 0.0)
+    light = 0.5 - 0.5 * np.cos(2 * np.pi * r2 / 5000)
+    assert read(light + np.random.default_rng(0).normal(0, 0.004, light.shape)).mask.all()
+
+
 @pytest.mark.parametrize("radius", [0.1, 0.3, 1.0, 3.0])
 @pytest.mark.parametrize("dark", [True, False])
 @pytest.mark.parametrize("centre", [(130.0, 120.0), (0.0, 0.0), (20.0, 330.0)])
@@ -110,7 +140,7 @@ def test_missing_and_broken_files_say_so(tmp_path):
         (tmp_path / name).write_bytes(content)
         with pytest.raises(ValueError, match="cannot be read as an image"):
             read(tmp_path / name)
-    with pytest.raises(FileNotFoundError, match="is not a file"):
+    with pytest.raises(FileNotFoundError, match="is a folder, whose photographs newtonjax batch measures"):
         read(tmp_path)
 
 
