@@ -125,6 +125,6 @@ def _neighbours(remainder: Remainder) -> tuple[np.ndarray, np.ndarray]:
 
 def _boxes(field: np.ndarray, step: int) -> np.ndarray:
     """Sums over tiles of `step` x `step` pixels and their eight neighbours."""
-    padded = np.pad(sums_of(field, step).astype(float), 1)
+    padded = np.pad(sums_of(field, step, float), 1)
     lines = padded[:-2] + padded[1:-1] + padded[2:]
     return lines[:, :-2] + lines[:, 1:-1] + lines[:, 2:]

@@ -71,7 +71,7 @@ def reduced(image: np.ndarray, mask: np.ndarray, factor: int) -> tuple[np.ndarra
     return sums / np.maximum(counts, 1), counts > factor * factor / 2
 
 
-def sums_of(values: np.ndarray, factor: int) -> np.ndarray:
+def sums_of(values: np.ndarray, factor: int, dtype: type | None = None) -> np.ndarray:
     """Sums over blocks of `factor` x `factor`, what is beyond the last whole block left out; of True a count.
 
     Rows are added first, along which the memory lies: a tenth of the time of both at once.
@@ -79,7 +79,7 @@ def sums_of(values: np.ndarray, factor: int) -> np.ndarray:
     rows, columns = (size // factor for size in values.shape)
     strips = values[: rows * factor, : columns * factor].reshape(rows, factor, columns * factor)
     is_short = values.dtype == bool and factor <= np.iinfo(np.uint8).max
-    added = strips.view(np.uint8).sum(axis=1, dtype=np.uint8) if is_short else strips.sum(axis=1)
+    added = strips.view(np.uint8).sum(axis=1, dtype=np.uint8) if is_short else strips.sum(axis=1, dtype=dtype)
     return added.reshape(rows, columns, factor).sum(axis=2)
 
 

@@ -65,7 +65,7 @@ def inflation_of(score: np.ndarray) -> float:
         rows, columns = (size // step for size in sums.shape)
         if rows * columns < _LEAST_BLOCKS or square == 0:
             break
-        sums = sums_of(sums, step)
+        sums = sums_of(sums, step, float)
         before = block
         ratio = float(np.square(sums, dtype=float).sum()) / square
         if ratio > 1 + 3 * np.sqrt(2 / (rows * columns)):

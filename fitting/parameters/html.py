@@ -143,7 +143,7 @@ def _with_sd(value: Any, sd: Any, unit: str) -> str:
     if isinstance(value, float | int) and isinstance(sd, float) and sd:
         return with_sd(value, sd, unit)
     if isinstance(value, float | int):
-        return exact(value, unit) + (f" ± {sd}" if sd else "")
+        return exact(float(value), unit) + (f" ± {sd}" if sd else "")
     text = ", ".join(map(str, value)) if isinstance(value, list) else str(value)
     return f"{text} {unit}".rstrip() + (f" ± {sd}" if sd else "")
 

@@ -23,9 +23,8 @@ _changing = threading.Lock()
 def check_free(paths: list[Path], force: bool, keep: tuple[Path, ...] = ()) -> None:
     """Refuse outputs before the work starts.
 
-    Raises FileExistsError for a file that is there already (unless `force`, or it is the JSON of a refusal, which is
-    no answer that could be lost), ValueError for one of `keep` (what the command reads), and FileNotFoundError for a
-    folder that is not there.
+    Raises FileExistsError for a file that is there already (unless `force`), ValueError for one of `keep` (what the
+    command reads), and FileNotFoundError for a folder that is not there.
     """
     if len({path.absolute() for path in paths}) < len(paths):
         raise ValueError(f"two answers would go to one file; name another file than {paths[-1]}")
@@ -36,15 +35,15 @@ def check_free(paths: list[Path], force: bool, keep: tuple[Path, ...] = ()) -> N
             raise IsADirectoryError(f"{path} is a folder; name a file to write")
         if path.exists() and not path.is_file():
             raise ValueError(f"{path} is not a regular file; name a file to write, or - for the screen")
-        if os.path.lexists(path) and not (force or _holds_refusal(path)):
+        if os.path.lexists(path) and not force:
             raise FileExistsError(f"{path} is there already; name another file, or add --force to overwrite it")
         if not path.parent.is_dir():
             raise FileNotFoundError(f"{path.parent} is not a folder; make it first, or name another file than {path}")
         _try_to_write(path)
 
 
-def _holds_refusal(path: Path) -> bool:
-    """Whether a file is the JSON of a measurement that was refused."""
+def holds_refusal(path: Path) -> bool:
+    """Whether a file is the JSON of a measurement that was refused: no answer is lost with it."""
     try:
         if path.suffix != ".json" or path.stat().st_size > _LONGEST_REFUSAL:
             return False

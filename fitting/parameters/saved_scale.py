@@ -84,7 +84,8 @@ def _from_json(saved: Any, name: str) -> CameraScale:
         return CameraScale(*_with_sides(saved, size, sd), measured, half_diagonal, *_stretches(saved, size, sd))
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         if isinstance(saved, Mapping) and saved.get("status") == "refused":
-            raise ValueError(f"{name} holds no scale, for it was refused: {saved.get('message')}") from error
+            why = saved.get("message") or "no reason is given"
+            raise ValueError(f"{name} holds no pixel_size_m: the scale was refused ({why})") from error
         way = "make it by `newtonjax scale`, or by `newtonjax fit --radius` of a lens of known radius"
         text = f"{name} holds no pixel_size_m with pixel_size_sd_m; {way}"
         raise ValueError(text) from error

@@ -20,6 +20,9 @@ _DISTORTIONS, _THREES, _TILE = (0.0, -0.05, 0.05, -0.1, 0.1, -0.15, 0.15), 400, 
 _MOST_STRETCHED, _MOST_DISTORTED = 0.37, 0.2
 # A skew part of A over its mean curvature, of three tiles that may belong together; turns that a frame bends at least.
 _SKEW, _BENT = 0.3, 1.0
+# The centre's largest distance from the middle [half diagonals]: of arcs whose centre is farther away neither ellipse
+# nor distortion is determined, and curved fringes of another form pass for them.
+_FARTHEST = 1.5
 # Tiles that have to agree, and their share of all.
 _FEWEST, _SHARE = 10, 0.3
 # Rounds of least squares, blocks to a side, and a phase [turns] that is left over beyond which a block does not count.
@@ -41,7 +44,8 @@ def bent(fringes: np.ndarray, middle: tuple[float, float], unit: float) -> Rings
         return None
     ellipse = _on_waves(ellipse, (places - middle) / unit, waves * unit, 1.5 * unit / size)
     rings = _on_phases(ellipse, fringes, middle, unit)
-    return rings if rings.match > 0 and np.isfinite(rings.match) else None
+    far = np.hypot(*np.subtract(rings.centre, middle)) > _FARTHEST * unit
+    return rings if rings.match > 0 and np.isfinite(rings.match) and not far else None
 
 
 def _proposed(places: np.ndarray, waves: np.ndarray, near: float) -> np.ndarray | None:

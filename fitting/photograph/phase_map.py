@@ -60,7 +60,11 @@ def nearer_numbers(
     edges = problem.phase.edges(numbers)
     phase = at_blocks(grid, solution.fields.phase) if edges is None else edges(grid, slice(None))
     least = TOLERANCE * variance
-    target = Target(solution, reduced, phase, _NEGLIGIBLE * least)
+    # The numbers of a fit that ran away may be beyond what a phase can be computed of.
+    with np.errstate(over="ignore", invalid="ignore"):
+        target = Target(solution, reduced, phase, _NEGLIGIBLE * least)
+    if not np.isfinite(target.turns).all():
+        return None
     reference, *alternatives = (target.nearest(problem, numbers, start) for start in ({}, *starts))
     end = min(alternatives, key=lambda end: end.cost, default=reference)
     return end.numbers if end.cost < reference.cost - least else None

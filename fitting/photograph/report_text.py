@@ -3,7 +3,7 @@
 from typing import Any
 
 from fitting.model import ADVICE, AXIS, RADIAL
-from fitting.parameters import TABLE, Parameter, between, exact, interval, length_unit, with_sd
+from fitting.parameters import TABLE, Parameter, between, interval, length_unit, with_sd
 from fitting.photograph.ring_radii import KINDS
 
 # What makes a row of the budget smaller that is no given quantity's.
@@ -21,6 +21,8 @@ _ADVICE = {
     "further lines": "give light in place of the wavelength (--light), or photograph behind a filter",
     "model": "look at the residual picture; mask what is not of one ring system, or take more rings",
 }
+# Digits of what was given.
+_GIVEN = 10
 # A distortion of fewer standard deviations says nothing of where its axis is.
 _SEEN = 2.0
 
@@ -88,7 +90,7 @@ def unstated_of(self: Any) -> str:
     names = " and ".join(name for name, _ in by_change)
     effects = (
         f"1 % of {name} is {100 * change / answer.value:.3g} % of {self.measured}, "
-        + exact(float(f"{change:.2g}"), answer.unit)
+        + with_sd(float(f"{change:.2g}"), None, answer.unit)
         for name, change in by_change
     )
     have = "have" if len(by_change) > 1 else "has"
@@ -118,7 +120,7 @@ def _parameters(parameters: dict[str, Parameter]) -> list[str]:
     lines, width = ["[[Parameters]]"], max(len(name) for name in printed)
     for name, number in printed.items():
         unit = "" if name.endswith("_px") else number.unit
-        text = with_sd(number.value, number.sd, unit) if number.sd else exact(number.value, unit)
+        text = with_sd(number.value, number.sd or None, unit, _GIVEN)
         lines.append(f"    {name:<{width}} {text.rstrip()}" + (" (given)" if number.fixed else ""))
     return lines
 

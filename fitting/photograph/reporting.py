@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.estimate import FEW, Fitted, finest, stay
 from fitting.model import PARTS
-from fitting.parameters import TABLE, Parameter, Quantities, exact
+from fitting.parameters import TABLE, Quantities, exact
 from fitting.photo import Photograph
 from fitting.photograph.averaging import variance_of
 from fitting.photograph.camera_stretch import stretch_warning
@@ -88,24 +88,22 @@ def report(task: Task, choice: Choice, further: Callable[[float], Finding | None
     numbers = measured(answer, given, task.contact_phase, covariance, rows + rival_rows, task.view_angle)
     if numbers["fringe_scale_sd"] > 0.2 * numbers["fringe_scale_per_px2"]:
         return FitResult("refused", Reason.CURVATURE_UNCERTAIN(), **common)
-    answer_of = numbers["parameters"].get(common["measured"])
-    if numbers["status"] == "ok" and answer_of is not None and (unlikely := _unlikely(answer_of)):
-        low, high = TABLE[answer_of.name].bounds
-        if not low <= answer_of.value <= high:
-            return FitResult("refused", unlikely, **common)
-        common["warnings"].append(unlikely)
+    if numbers["status"] == "ok":
+        name, size = common["measured"], numbers["parameters"][common["measured"]].value
+        (low, high), (least, most) = TABLE[name].sensible, TABLE[name].bounds
+        if not least <= size <= most:
+            return FitResult("refused", _unlikely(name, size), **common)
+        if not low <= size <= high:
+            common["warnings"].append(_unlikely(name, size))
     rings = rings_of(answer, given, task.contact_phase, covariance)
     evidence = Evidence(fit, given, variance, covariance, averaging, choice.ratio)
     return FitResult(**numbers, evidence=evidence, rings=rings, **common)
 
 
-def _unlikely(answer: Parameter) -> Statement | None:
-    """That what is measured has a size that it cannot have: a unit was mistaken. None where it may."""
-    low, high = TABLE[answer.name].sensible
-    if low <= answer.value <= high:
-        return None
-    value, low, high = (exact(float(f"{size:.4g}"), answer.unit) for size in (answer.value, low, high))
-    return Reason.UNLIKELY_SIZE(measured=answer.name.replace("_", " "), value=value, low=low, high=high)
+def _unlikely(name: str, size: float) -> Statement:
+    """That what is measured has a size that it cannot have: a unit was mistaken."""
+    value, low, high = (exact(float(f"{one:.4g}"), TABLE[name].unit) for one in (size, *TABLE[name].sensible))
+    return Reason.UNLIKELY_SIZE(measured=name.replace("_", " "), value=value, low=low, high=high)
 
 
 def _warnings(choice: Choice, inflation: float, given: Quantities) -> list[str]:

@@ -51,7 +51,12 @@ class Outputs(NamedTuple):
             if self.folder.exists() and not self.folder.is_dir():
                 raise NotADirectoryError(f"--output-dir {self.folder} is not a folder; name another one")
             output.make_folder(self.folder)
-        output.check_free([*self.in_folder().values(), *filter(None, [self._json_path()])], self.force, keep=keep)
+        path, files = self._json_path(), list(self.in_folder().values())
+        output.check_free(files, self.force, keep=keep)
+        if path is not None:
+            output.check_free([path], self.force or output.holds_refusal(path), keep=keep)
+            if path.absolute() in {file.absolute() for file in files}:
+                raise ValueError(f"two answers would go to one file; name another file than {path}")
 
     def write(
         self, result, measured: Sequence[Measured], extras: Extras | None = None, picture_bytes: bytes = b""
@@ -66,7 +71,7 @@ class Outputs(NamedTuple):
         # Whoever reads the text may be gone by now, and a disk may be full: neither loses the other.
         try:
             if path := self._json_path():
-                output.write(path, answer, self.force)
+                output.write(path, answer, self.force or output.holds_refusal(path))
             if self.folder is not None:
                 with progress("drawing"):
                     picture_bytes = self._write_result(result, answer, text, picture_bytes)

@@ -167,7 +167,7 @@ def test_a_photograph_of_a_grid_is_a_scale(view, tmp_path):
     view.wait_for_selector("text=grid.png; what is measured in it is drawn.")
     view.get_by_label("Known size", exact=True).fill("160um")
     view.get_by_role("button", name="Measure its pixel size").click()
-    view.wait_for_selector("text=/pixel size = 8.00.*e-06/")
+    view.wait_for_selector("text=/pixel size = 8.0\\d* ± .* um/")
     fit(view)
     command = view.get_by_label("Shell command").inner_text()
     assert command.startswith("newtonjax scale grid.png --division 160um --json scale.json\nnewtonjax fit sample.png")

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fitting.parameters import output, png
+from fitting.shell.cli import main
 
 
 def test_files_are_replaced_only_when_asked(tmp_path):
@@ -22,14 +23,29 @@ def test_files_are_replaced_only_when_asked(tmp_path):
     assert path.read_text() == "second"
 
 
-def test_the_json_of_a_refusal_is_replaced_without_asking(tmp_path):
+@pytest.mark.parametrize(
+    ("name", "content", "is_one"),
+    [
+        ("scale.json", '{"status": "refused", "message": "no ruler"}', True),
+        ("scale.json", '{"status": "ok"}', False),
+        ("scale.json", '["refused"]', False),
+        ("scale.json", "refused", False),
+        ("scale.txt", '{"status": "refused"}', False),
+    ],
+)
+def test_the_json_of_a_refusal_is_told_from_other_files(tmp_path, name, content, is_one):
+    (tmp_path / name).write_text(content)
+    assert output.holds_refusal(tmp_path / name) is is_one
+    assert not output.holds_refusal(tmp_path / "none.json")
+
+
+def test_a_refused_scale_is_not_in_the_way_of_the_next_one(tmp_path):
     path = tmp_path / "scale.json"
-    output.write(path, '{"status": "refused", "message": "no ruler"}', force=False)
-    output.write(path, '{"status": "ok"}', force=False)
-    assert json.loads(path.read_text()) == {"status": "ok"}
-    (tmp_path / "list.json").write_text('["refused"]')
-    with pytest.raises(FileExistsError):
-        output.write(tmp_path / "list.json", "{}", force=False)
+    path.write_text('{"status": "refused", "message": "no ruler"}')
+    points = ("scale", "--point", "10,10", "--point", "110,10", "--distance", "1mm", "--json", str(path))
+    assert main(list(points)) == 0
+    assert json.loads(path.read_text())["pixel_size_m"] == pytest.approx(1e-5)
+    assert main(list(points)) == 2
 
 
 def test_a_write_that_fails_leaves_nothing_behind(tmp_path, monkeypatch):

@@ -74,7 +74,9 @@ def test_files_that_hold_no_photograph_are_refused_in_one_line(tmp_path, capsys,
 
 
 def test_a_folder_in_place_of_a_photograph_is_refused(tmp_path, capsys):
-    assert "is not a file" in refusal(capsys, "fit", tmp_path, "--wavelength", "sodium")
+    assert "is a folder, whose photographs newtonjax batch measures" in refusal(
+        capsys, "fit", tmp_path, "--wavelength", "sodium"
+    )
 
 
 def test_an_image_too_large_for_memory_is_refused_before_it_is_unpacked(tmp_path, capsys):

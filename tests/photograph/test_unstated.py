@@ -20,7 +20,7 @@ def beneath_the_answer(result):
 def test_what_the_image_alone_says_is_said_to_be_so_right_beneath_the_radius():
     line = beneath_the_answer(fitting.fit(IMAGE, wavelength_sd=0.0, **GIVEN))
     assert line == (
-        "± is of the image alone: pixel_size has no standard deviation; 1 % of pixel_size is 2 % of radius, 0.006 m"
+        "± is of the image alone: pixel_size has no standard deviation; 1 % of pixel_size is 2 % of radius, 6 mm"
     )
 
 
@@ -45,7 +45,7 @@ def test_what_has_a_standard_deviation_is_not_named_and_air_has_none_to_give():
     assert line.startswith("± does not include all: wavelength has no standard deviation; 1 % of wavelength is 1 % of ")
     line = beneath_the_answer(fitting.fit(IMAGE, wavelength=WAVELENGTH, radius=0.3))
     assert "radius and wavelength have no" in line or "wavelength and radius have no" in line
-    assert "1 % of radius is 0.5 % of pixel_size, 2.5e-08 m" in line
+    assert "1 % of radius is 0.5 % of pixel_size, 25 nm" in line
 
 
 def test_a_loaded_result_says_the_same(tmp_path):

@@ -90,7 +90,7 @@ def test_a_known_radius_gives_the_wavelength_with_its_budget():
     assert result.wavelength_interval[0] < result.wavelength < result.wavelength_interval[1]
     inverse = fitting.rings(table, wavelength=result.wavelength)
     assert inverse.radius == pytest.approx(1.0, rel=1e-9)
-    assert "wavelength = 5.8" in result.report()
+    assert "wavelength = 588.5 ± 1.2 nm" in result.report()
 
 
 def test_a_table_of_a_hundred_thousand_rows_takes_seconds(tmp_path):

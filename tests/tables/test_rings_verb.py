@@ -56,6 +56,6 @@ def test_refusals_of_the_command_name_the_reason(tmp_path, capsys):
     assert "equidistant fringes" in capsys.readouterr().err
     path.write_text("order,diameter (mm)\n1,2.54\n5,3.53\n")
     assert main(["rings", str(path), "--radius", "672.41mm", "--radius-sd", "2mm"]) == 0
-    assert "wavelength = 5.585" in capsys.readouterr().out
+    assert "wavelength = 558.561 nm" in capsys.readouterr().out
     assert main(["rings", str(path)]) == 2
     assert "give wavelength to measure the radius" in capsys.readouterr().err

@@ -150,7 +150,7 @@ class PhotographTab:
             await self._numbers.draw()
             self._end(f"Done after {time.monotonic() - session.began:.1f} s.")
         except asyncio.CancelledError:
-            self._end("Cancelled: there is no new answer.", is_wrong=True)
+            self._end("Cancelled. There is no new answer.", is_wrong=True)
         except WorkError as error:
             self._end(f"No fit: {error}", is_wrong=True)
         except ValueError as error:
