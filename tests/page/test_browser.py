@@ -212,6 +212,6 @@ def test_a_fit_that_waits_for_its_turn_is_cancelled(view, page):
     finally:
         page.call(turn.release)
     assert view.locator(".nj-headline").count() == 0
-    assert view.evaluate("document.activeElement.innerText") == "Fit the rings"
+    view.wait_for_function("document.activeElement.innerText === 'Fit the rings'")
     fit(view)
     assert view.locator(".nj-headline").count() == 1

@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -33,8 +34,9 @@ def listening(process: int) -> set[str]:
     """Addresses at which a process listens, as the system writes them."""
     inodes = set()
     for link in Path(f"/proc/{process}/fd").iterdir():
-        match = re.fullmatch(r"socket:\[(\d+)\]", os.readlink(link))
-        inodes |= {match[1]} if match else set()
+        with suppress(FileNotFoundError):  # closed since the folder was read
+            match = re.fullmatch(r"socket:\[(\d+)\]", os.readlink(link))
+            inodes |= {match[1]} if match else set()
     rows = [line.split() for name in ("tcp", "tcp6") for line in Path(f"/proc/net/{name}").read_text().splitlines()[1:]]
     return {row[1].split(":")[0] for row in rows if row[3] == "0A" and row[9] in inodes}
 

@@ -30,7 +30,10 @@ document.addEventListener("keydown", (event) => {
 });
 // A button that is switched off loses the focus; what takes its place has it then.
 function njFocus(id) {
-  setTimeout(() => { if (document.activeElement === document.body) document.getElementById(id)?.focus(); }, 100);
+  setTimeout(() => {
+    const active = document.activeElement;
+    if (active === document.body || active.closest("[disabled]")) document.getElementById(id)?.focus();
+  }, 100);
 }
 
 // The picture of the bench: the newest numbers are sent as soon as a picture arrives, which is drawn meanwhile.
