@@ -233,7 +233,8 @@ def _unlit(light: np.ndarray, width: float) -> np.ndarray | None:
     size = max(2, min(light.shape) // _NARROWEST)
     padded = np.pad(light < low + _BLACK * (high - low), size, mode="edge")
     black = ndimage.binary_opening(padded, np.ones((size, size)))[size:-size, size:-size]
-    labels = np.asarray(ndimage.label(black)[0])
+    labels = np.zeros(black.shape, np.int32)
+    ndimage.label(black, output=labels)
     at_border = np.unique(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
     black = np.isin(labels, at_border[at_border > 0])
     if black.mean() < _SURROUND:
