@@ -65,8 +65,8 @@ def case(kind: str, seed: int) -> dict:
     rng = np.random.default_rng([seed, 41])
     lens = Lens(rng, wavelengths)
     images = [lens.light(wavelength) for wavelength in wavelengths]
-    given = [wavelength + float(rng.normal(0, sd)) for wavelength in wavelengths]
-    options = {"wavelength": given, "wavelength_sd": sd, "view": "reflected", "shared": ("gap", "distortion")}
+    stated = [wavelength + float(rng.normal(0, sd)) for wavelength in wavelengths]
+    options = {"wavelength": stated, "wavelength_sd": sd, "view": "reflected", "shared": ("gap", "distortion")}
     if "one picture" in kind:
         green, red = images
         image = np.stack([red, green, np.zeros_like(red)], axis=-1)
@@ -87,14 +87,14 @@ def case(kind: str, seed: int) -> dict:
 
 def summary(lines: list[dict]) -> dict:
     """Of some cases: how many were told, how many of these rightly, and how the gap is covered."""
-    told = [line for line in lines if line["status"] == "ok"]
-    z = np.array([line["error"] / line["sd"] for line in told if line["is_right"]])
+    answered = [line for line in lines if line["status"] == "ok"]
+    z = np.array([line["error"] / line["sd"] for line in answered if line["is_right"]])
     return {
         "cases": len(lines),
-        "told": len(told),
-        "right": sum(line["is_right"] for line in told),
+        "told": len(answered),
+        "right": sum(line["is_right"] for line in answered),
         "covered": float(np.mean(np.abs(z) < 1.96)) if len(z) else None,
-        "median_sd": float(np.median([line["sd"] for line in told])) if told else None,
+        "median_sd": float(np.median([line["sd"] for line in answered])) if answered else None,
     }
 
 

@@ -118,9 +118,7 @@ def _numbers(result) -> list[tuple[str, str, str]]:
     scale_sd = getattr(result, "fringe_scale_sd", None)
     rows = [("fringe scale", with_sd(scale, scale_sd, "per px²"), "measured")] if scale else []
     for name, number in result.parameters.items():
-        is_exact = number.fixed and not number.sd
-        text = exact(number.value, number.unit) if is_exact else with_sd(number.value, number.sd or None, number.unit)
-        rows.append((html.escape(name), html.escape(text.strip()), "given" if number.fixed else "measured"))
+        rows.append((html.escape(name), html.escape(number.text), "given" if number.fixed else "measured"))
     return rows
 
 

@@ -21,11 +21,15 @@ class Parameter:
     name: str
     unit: str
 
-    def __str__(self) -> str:
+    @property
+    def text(self) -> str:
+        """Value, standard deviation and unit, in a unit of its size."""
         # What was given is shown as it was; a fitted number without a deviation has no tenth digit.
-        given = self.fixed and not self.sd
-        text = exact(self.value, self.unit) if given else with_sd(self.value, self.sd or None, self.unit)
-        return f"{self.name} = {text}" + (" (given)" if self.fixed else "")
+        is_exact = self.fixed and not self.sd
+        return exact(self.value, self.unit) if is_exact else with_sd(self.value, self.sd or None, self.unit)
+
+    def __str__(self) -> str:
+        return f"{self.name} = {self.text}" + (" (given)" if self.fixed else "")
 
 
 def parameters_from(saved: Mapping[str, Any]) -> dict[str, Parameter]:

@@ -59,7 +59,7 @@ def _radius_across(face: int):
 def _axis(face: int):
     def move(scene, camera, by):
         axis = 0.0 if scene.surfaces[face].axis is None else scene.surfaces[face].axis
-        moved = eqx.tree_at(lambda s: s.surfaces[face].axis, scene, axis + by, is_leaf=lambda leaf: leaf is None)
-        return moved, camera
+        turned = eqx.tree_at(lambda s: s.surfaces[face].axis, scene, axis + by, is_leaf=lambda leaf: leaf is None)
+        return turned, camera
 
     return move

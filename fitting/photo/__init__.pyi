@@ -9,6 +9,7 @@ from fitting.photo.evidence import evidence_of as evidence_of
 from fitting.photo.evidence import median as median
 from fitting.photo.evidence import noise_variance as noise_variance
 from fitting.photo.frames import frames_of as frames_of
+from fitting.photo.image_file import not_a_file as not_a_file
 from fitting.photo.masks import checked_mask as checked_mask
 from fitting.photo.matched_filter import Bend as Bend
 from fitting.photo.matched_filter import Rings as Rings

@@ -93,15 +93,15 @@ def _distorted(place: np.ndarray, distortion: float) -> np.ndarray:
 
 def _threes(places: np.ndarray, waves: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """A [n, 2, 2] and b [n, 2] of threes of tiles with any signs that may be rings'."""
-    chosen = rng.integers(0, len(places), (_THREES, 3))
-    apart = places[chosen[:, 1:]] - places[chosen[:, :1]]
+    triples = rng.integers(0, len(places), (_THREES, 3))
+    apart = places[triples[:, 1:]] - places[triples[:, :1]]
     area = np.abs(apart[:, 0, 0] * apart[:, 1, 1] - apart[:, 0, 1] * apart[:, 1, 0])
-    chosen = chosen[area > 0.01]
+    triples = triples[area > 0.01]
     apart = apart[area > 0.01]
     inverse = np.linalg.inv(apart)
     matrices, zeros = [], []
     for signs in product((1.0, -1.0), repeat=2):
-        of_three = waves[chosen] * np.array([1.0, *signs])[:, None]
+        of_three = waves[triples] * np.array([1.0, *signs])[:, None]
         slope = np.swapaxes(inverse @ (of_three[:, 1:] - of_three[:, :1]), 1, 2)
         mean = 0.5 * (slope[:, 0, 0] + slope[:, 1, 1])
         turn = np.where(mean < 0, -1.0, 1.0)
@@ -111,7 +111,7 @@ def _threes(places: np.ndarray, waves: np.ndarray, rng: np.random.Generator) -> 
         is_ring = (skew < _SKEW * mean) & (lean < np.tanh(_MOST_STRETCHED) * mean) & (mean > 2 * _BENT)
         slope = 0.5 * (slope + np.swapaxes(slope, 1, 2))[is_ring]
         matrices.append(slope)
-        middles, means = places[chosen[is_ring]].mean(axis=1), of_three[is_ring].mean(axis=1)
+        middles, means = places[triples[is_ring]].mean(axis=1), of_three[is_ring].mean(axis=1)
         zeros.append(means - (slope @ middles[:, :, None])[:, :, 0])
     return np.concatenate(matrices), np.concatenate(zeros)
 
@@ -180,13 +180,13 @@ def _on_phases(ellipse: np.ndarray, fringes: np.ndarray, middle: tuple[float, fl
             rise = [np.angle(pair).ravel() / (2 * np.pi) for pair in pairs]
             weights = np.concatenate([np.abs(pair).ravel() for pair in pairs])
             terms = [(design[1:] - design[:-1]), (design[:, 1:] - design[:, :-1])]
-            design, left = np.concatenate([term.reshape(-1, len(ellipse)) for term in terms]), np.concatenate(rise)
+            design, residual = np.concatenate([term.reshape(-1, len(ellipse)) for term in terms]), np.concatenate(rise)
         else:
-            left = np.angle(phasors * np.conj(total)).ravel() / (2 * np.pi)
-            weights = np.where(np.abs(left) < _NEAR, np.abs(phasors).ravel(), 0.0)
-            design = np.concatenate([design.reshape(-1, len(ellipse)), np.ones((left.size, 1))], axis=1)
+            residual = np.angle(phasors * np.conj(total)).ravel() / (2 * np.pi)
+            weights = np.where(np.abs(residual) < _NEAR, np.abs(phasors).ravel(), 0.0)
+            design = np.concatenate([design.reshape(-1, len(ellipse)), np.ones((residual.size, 1))], axis=1)
         root = np.sqrt(weights / max(float(weights.max()), 1e-300))
-        change = np.linalg.lstsq(design * root[:, None], left * root, rcond=1e-6)[0][: len(ellipse)]
+        change = np.linalg.lstsq(design * root[:, None], residual * root, rcond=1e-6)[0][: len(ellipse)]
         ellipse = _held(ellipse + change, ellipse)
     constant = float(np.angle(total)) / (2 * np.pi)
     power = float((fringes.astype(float) ** 2).sum()) * np.count_nonzero(fringes) + 1e-30

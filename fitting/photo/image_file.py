@@ -29,6 +29,12 @@ class Picture(NamedTuple):
     pages: int
 
 
+def not_a_file(path: Path, wanted: str, is_photograph: bool = True) -> FileNotFoundError:
+    """What is wrong with a path, and what is `wanted` in its place; a folder of photographs is for `batch`."""
+    kind = "a folder, whose photographs newtonjax batch measures" if is_photograph and path.is_dir() else "not a file"
+    return FileNotFoundError(f"{path} is {kind}; give {wanted}")
+
+
 def load(path: str | Path, page: int | None = None) -> Picture:
     """A picture in a file, the first unless `page` says which (from 1 on), turned as its EXIF data say.
 
@@ -36,8 +42,7 @@ def load(path: str | Path, page: int | None = None) -> Picture:
     """
     path = Path(path)
     if not path.is_file():
-        kind = "a folder, whose photographs newtonjax batch measures" if path.is_dir() else "not a file"
-        raise FileNotFoundError(f"{path} is {kind}; give the path of a photograph ({ALLOWED})")
+        raise not_a_file(path, f"the path of a photograph ({ALLOWED})")
     if path.stat().st_size == 0:
         raise ValueError(f"{path} is empty; give the path of a photograph")
     try:

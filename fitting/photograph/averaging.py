@@ -188,15 +188,15 @@ def eliminated(member: Member, variance: float, fixed_parts: Collection[str] = (
     is_core = matrix.active.copy()
     is_core[[*tested, *slots_of(numbers_of(fixed_parts))]] = False
     core = np.flatnonzero(is_core)
-    held, pulled = np.zeros((2, len(matrix.values)))
+    anchor_weights, anchor_pulls = np.zeros((2, len(matrix.values)))
     for name, sd in anchors_of(member.fit.parts).items():
         slot = NUMBERS.index(name)
-        held[slot] = variance / sd**2
-        pulled[slot] = held[slot] * (member.fit.solution.problem.pull[0][slot] - matrix.values[slot])
-    inverse = pseudo_inverse(matrix.matrix[np.ix_(core, core)] + np.diag(held[core]), _RANK)
+        anchor_weights[slot] = variance / sd**2
+        anchor_pulls[slot] = anchor_weights[slot] * (member.fit.solution.problem.pull[0][slot] - matrix.values[slot])
+    inverse = pseudo_inverse(matrix.matrix[np.ix_(core, core)] + np.diag(anchor_weights[core]), _RANK)
     slope = inverse @ matrix.matrix[np.ix_(core, tested)]
     of_tested = matrix.matrix[np.ix_(tested, tested)] - matrix.matrix[np.ix_(tested, core)] @ slope
-    gradient = (matrix.gradient + pulled)[core]
+    gradient = (matrix.gradient + anchor_pulls)[core]
     pull = matrix.gradient[tested] - slope.T @ gradient
     return Eliminated(names, tested, core, inverse, slope, of_tested, pull, inverse @ gradient)
 

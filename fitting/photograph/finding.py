@@ -39,8 +39,8 @@ def find(task: Task) -> tuple[Task, Rings]:
         clearer = bent_rings(photograph, view, rings.match)
         if no_rings and clearer is None:
             clearer = rings_without_spots(photograph) or rings_in_the_middle(photograph)
-        if no_rings and clearer is None:
-            raise RefusedError(no_rings, photograph)
+            if clearer is None:
+                raise RefusedError(no_rings, photograph)
         photograph, rings = clearer or (photograph, rings)
     return replace(task, photograph=photograph), rings
 

@@ -55,7 +55,7 @@ _SHOWN, _FRINGES = 0.5, 1.5
 _OFF, _DRIFT = 0.25, 0.4
 # Share of the tiles, used ones and clear ones, that may contradict.
 _MOST_WEAK = 0.1
-# A spacing that differs by more than this is no other radius: nothing is said of it.
+# Spacings that differ by more than this are not of one radius, whatever its deviation: there is no answer.
 _APART = 0.15
 
 

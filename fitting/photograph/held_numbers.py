@@ -19,16 +19,16 @@ def contradictions(fit: Fitted, known: Quantities, contact_phase: float) -> list
     What a held value does wrong stays in the residual and enlarges the deviations: so they are those of a fit in which
     it is free.
     """
-    found = []
+    statements = []
     for name in (name for name in fit.fixed if name in _HELD):
         others = {key: value for key, value in fit.fixed.items() if key != name}
         prior = fit.solution.problem.prior
         free = robust_fit(fit.model, fit.reduced, [fit.numbers], others, fit.parts, prior, True)
         slots = slots_of(_HELD[name])
-        away = free.numbers[slots] - fit.numbers[slots]
+        offset = free.numbers[slots] - fit.numbers[slots]
         try:
             covariance = free.matrix.covariance(variance_of(free)[0])[np.ix_(slots, slots)]
-            square = float(away @ np.linalg.solve(covariance, away))
+            square = float(offset @ np.linalg.solve(covariance, offset))
         except np.linalg.LinAlgError:
             continue
         if not free.converged or not square > _CONTRADICTED[len(slots)]:
@@ -37,11 +37,11 @@ def contradictions(fit: Fitted, known: Quantities, contact_phase: float) -> list
         if name == "gap":
             answer = free.model.answer(known, Numbers(*free.numbers), contact_phase)
             period = None if answer.gap is None else answer.period
-            place = _gap_words(fit, float(away[0]), float(sds[0]), period)
+            place = _gap_words(fit, float(offset[0]), float(sds[0]), period)
         else:
             place = _centre_words(fit, free.numbers[slots], sds)
-        found.append(Reason.HELD_CONTRADICTED(name=name, place=place, ratio=np.sqrt(square)))
-    return found
+        statements.append(Reason.HELD_CONTRADICTED(name=name, place=place, ratio=np.sqrt(square)))
+    return statements
 
 
 def _gap_words(fit: Fitted, away: float, sd: float, period: float | None) -> str:

@@ -21,8 +21,6 @@ _ADVICE = {
     "further lines": "give light in place of the wavelength (--light), or photograph behind a filter",
     "model": "look at the residual picture; mask what is not of one ring system, or take more rings",
 }
-# Digits of what was given.
-_GIVEN = 10
 # A distortion of fewer standard deviations says nothing of where its axis is.
 _SEEN = 2.0
 
@@ -119,9 +117,8 @@ def _parameters(parameters: dict[str, Parameter]) -> list[str]:
         return []
     lines, width = ["[[Parameters]]"], max(len(name) for name in printed)
     for name, number in printed.items():
-        unit = "" if name.endswith("_px") else number.unit
-        text = with_sd(number.value, number.sd or None, unit, _GIVEN)
-        lines.append(f"    {name:<{width}} {text.rstrip()}" + (" (given)" if number.fixed else ""))
+        text = number.text.removesuffix(" px") if name.endswith("_px") else number.text
+        lines.append(f"    {name:<{width}} {text}" + (" (given)" if number.fixed else ""))
     return lines
 
 

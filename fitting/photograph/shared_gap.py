@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fitting.parameters import Numbers, block_of, with_sd
+from fitting.parameters import Numbers, between, block_of, with_sd
 from fitting.photograph.result import FitResult
 from fitting.reasons import Reason
 from newtonjax.numerics import Statement
@@ -103,26 +103,28 @@ class SharedGap(NamedTuple):
 
     def report_lines(self) -> list[str]:
         """Its lines of a report."""
-        low, high = (1e6 * end for end in self.window)
-        answer = str(self.message) if self.value is None else with_sd(1e6 * self.value, 1e6 * (self.sd or 0.0), "um")
-        lines = [f"[[Gap]]  at the centre, sought from {low:.3g} to {high:.4g} um", f"    gap = {answer}"]
+        answer = str(self.message) if self.value is None else with_sd(self.value, self.sd, "m")
+        sought = between(self.window, 1e-3 * self.window[1], "m")
+        lines = [f"[[Gap]]  at the centre, sought from {sought}", f"    gap = {answer}"]
         for gap, orders, probability in self.orders[:3]:
-            lines.append(f"    order {', '.join(map(str, orders))}: {1e6 * gap:.4f} um, probability {probability:.2%}")
+            lines.append(
+                f"    order {', '.join(map(str, orders))}: {with_sd(gap, None, 'm')}, probability {probability:.2%}"
+            )
         return lines
 
 
-def fraction_of(fit: FitResult, contact_phase: float) -> Fraction | None:
-    """What a fit says of the gap, None of one without rings; `contact_phase` [turns] is that of no gap."""
+def fraction_of(fit: FitResult) -> Fraction | None:
+    """What a fit says of the gap, None of one without rings."""
     evidence = fit.evidence
     if evidence is None:
         return None
-    known, numbers = evidence.known, evidence.found.numbers
+    quantities, numbers = evidence.known, evidence.found.numbers
     if evidence.averaging is not None:
         numbers = evidence.averaging.mean(evidence.variance, ratio=evidence.ratio).numbers
     sd = float(np.sqrt(max(block_of(evidence.covariance, ["phase"]).item(), 0.0)))
-    wavelength, index = known.given["wavelength"], known.given["gap_index"]
-    relative_sd = known.sd.get("wavelength", 0.0) / wavelength
-    turns = float(Numbers(*numbers).phase) - contact_phase
+    wavelength, index = quantities.given["wavelength"], quantities.given["gap_index"]
+    relative_sd = quantities.sd.get("wavelength", 0.0) / wavelength
+    turns = float(Numbers(*numbers).phase) - float(evidence.found.model.microscope.touching)
     return Fraction(turns - round(turns), sd, wavelength / index, relative_sd)
 
 

@@ -123,7 +123,7 @@ def fit_together(
     answer = combined(linear, [labels[k] for k in usable], alike, common - {"gap"}, warnings, results)
     if not has_gap:
         return answer
-    return replace(answer, gap=_gap_of(results, [by_picture[k]["view"] for k in usable], window))
+    return replace(answer, gap=_gap_of(results, window))
 
 
 def ratio(
@@ -233,18 +233,17 @@ def _open(parts: Any) -> Any:
     return parts
 
 
-def _gap_of(fits: Sequence[FitResult], views: Sequence[Any], window: tuple[float, float] | None) -> SharedGap:
+def _gap_of(fits: Sequence[FitResult], window: tuple[float, float] | None) -> SharedGap:
     """The gap of all pictures. Raises ValueError where their wavelengths are one, or not given."""
-    known = [fit.evidence.known for fit in fits if fit.evidence is not None]
-    if missing := [name for name in ("wavelength", "gap_index") if any(name not in each.given for each in known)]:
+    quantities = [fit.evidence.known for fit in fits if fit.evidence is not None]
+    if missing := [name for name in ("wavelength", "gap_index") if any(name not in each.given for each in quantities)]:
         raise ValueError(f"shared holds gap, which takes the {missing[0]} of each picture; give it")
-    fractions = [fraction_of(fit, 0.0 if view == "transmitted" else 0.5) for fit, view in zip(fits, views, strict=True)]
-    fractions = [fraction for fraction in fractions if fraction is not None]
+    fractions = [fraction for fit in fits if (fraction := fraction_of(fit)) is not None]
     wavelengths = [fraction.wavelength for fraction in fractions]
     usual = window_of(wavelengths)
     # The gap under a blur b is that at the centre and s² b² / R.
     shift = wavelengths[0] * float(fits[0].fringe_scale_per_px2 or 0.0)
-    index = known[0]
+    index = quantities[0]
     return shared_gap(fractions, window or usual, shift, index.sd.get("gap_index", 0.0) / index.given["gap_index"])
 
 

@@ -51,12 +51,10 @@ class Outputs(NamedTuple):
             if self.folder.exists() and not self.folder.is_dir():
                 raise NotADirectoryError(f"--output-dir {self.folder} is not a folder; name another one")
             output.make_folder(self.folder)
-        path, files = self._json_path(), list(self.in_folder().values())
-        output.check_free(files, self.force, keep=keep)
-        if path is not None:
-            output.check_free([path], self.force or output.holds_refusal(path), keep=keep)
-            if path.absolute() in {file.absolute() for file in files}:
-                raise ValueError(f"two answers would go to one file; name another file than {path}")
+        path = self._json_path()
+        # The JSON of a refusal is no answer that could be lost.
+        paths = [] if path is None or output.holds_refusal(path) else [path]
+        output.check_free([*self.in_folder().values(), *paths], self.force, keep=keep)
 
     def write(
         self, result, measured: Sequence[Measured], extras: Extras | None = None, picture_bytes: bytes = b""

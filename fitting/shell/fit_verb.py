@@ -145,8 +145,9 @@ def check_files(roles: Mapping[Path | None, str]) -> None:
     """Raises FileNotFoundError for a path that is no file, with its role."""
     for path, role in roles.items():
         if path is not None and not path.is_file():
-            kind = "a folder, whose photographs newtonjax batch measures" if path.is_dir() else "not a file"
-            raise FileNotFoundError(f"{path} is {kind}; give the path of a {role}")
+            from fitting.photo import not_a_file
+
+            raise not_a_file(path, f"the path of a {role}", is_photograph=role == "photograph")
 
 
 def check_options(options: FitOptions) -> None:

@@ -125,8 +125,8 @@ def planned(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> tuple[Plan
         intensity = float(error.intensity) + dropped_error + (formula.float32_error if is_single() else 0.0)
         if intensity <= tolerance:
             reason = PlanReason.FOCUSED_ON_GAP()
-            chosen = Plan(formula, scene, dropped, float(error.phase), intensity, reason, warnings)
-            return _with_picture(chosen, camera)
+            by_formula = Plan(formula, scene, dropped, float(error.phase), intensity, reason, warnings)
+            return _with_picture(by_formula, camera)
     return _on_nodes(by_rays, bench, camera, fields, tolerance, dropped_error)
 
 

@@ -39,9 +39,9 @@ def pair():
 
 @pytest.mark.parametrize("gap", [0.0, 0.3e-6, 3.217e-6, 4.7e-6])
 def test_exact_phases_give_the_gap_back(gap):
-    found = shared_gap(fractions(gap), window_of(MERCURY))
-    assert (found.status, found.value) == ("ok", pytest.approx(gap, abs=1e-13))
-    assert found.orders[0].orders == tuple(round(2 * gap / wavelength) for wavelength in MERCURY)
+    answer = shared_gap(fractions(gap), window_of(MERCURY))
+    assert (answer.status, answer.value) == ("ok", pytest.approx(gap, abs=1e-13))
+    assert answer.orders[0].orders == tuple(round(2 * gap / wavelength) for wavelength in MERCURY)
 
 
 def test_the_window_is_half_of_the_synthetic_wavelength():
@@ -56,11 +56,11 @@ def test_the_window_is_half_of_the_synthetic_wavelength():
 def test_of_orders_that_are_told_99_of_100_are_right(sd, least_told):
     rng = np.random.default_rng(3)
     truths = rng.uniform(0, window_of(MERCURY)[1], 1000)
-    found = [shared_gap(fractions(gap, sd=sd, rng=rng), window_of(MERCURY)) for gap in truths]
-    told = [(gap, answer.value) for gap, answer in zip(truths, found, strict=True) if answer.value is not None]
-    right = [abs(value - gap) < MERCURY[0] / 4 for gap, value in told]
-    assert len(told) >= least_told * len(truths)
-    assert sum(right) >= 0.99 * len(told)
+    answers = [shared_gap(fractions(gap, sd=sd, rng=rng), window_of(MERCURY)) for gap in truths]
+    pairs = [(gap, answer.value) for gap, answer in zip(truths, answers, strict=True) if answer.value is not None]
+    right = [abs(value - gap) < MERCURY[0] / 4 for gap, value in pairs]
+    assert len(pairs) >= least_told * len(truths)
+    assert sum(right) >= 0.99 * len(pairs)
 
 
 def test_probabilities_are_shares_of_right_orders():

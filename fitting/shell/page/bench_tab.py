@@ -79,12 +79,12 @@ class BenchTab:
 
     def _show(self, about: dict[str, Any]) -> None:
         rings = [(str(ring["order"]), f"{1e3 * ring['radius_m']:.4f}") for ring in about["rings"]]
-        told = parts.block("What a photograph would tell", about["bounds"]) if about["bounds"] else ""
-        told = f"<h3>What a photograph of this bench would tell at best</h3>{told}" if told else ""
+        title = "What a photograph of this bench would tell at best"
+        forecast = f"<h3>{title}</h3>{parts.block(title, about['bounds'])}" if about["bounds"] else ""
         warning = f'<p class="nj-warning">{html.escape(about["warning"])}</p>' if about["warning"] else ""
         self._numbers.set_content(
             warning
             + parts.table("Dark rings (of the wavelength of the slider)", ("order", "radius [mm]"), rings)
             + f"<p>Drawn by {html.escape(about['way'])}.</p>"
-            + told
+            + forecast
         )

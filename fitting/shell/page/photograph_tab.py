@@ -88,9 +88,11 @@ class PhotographTab:
     def _arrived(self, answer: dict[str, Any]) -> None:
         """Say what became of a photograph; the steps after it begin anew."""
         if not answer["ok"]:
-            kept = f". {self._session.name} is still here" if self._session.data else ""
+            still_there = f". {self._session.name} is still here" if self._session.data else ""
             parts.say(
-                self._photograph_line, f"Not a photograph that can be used: {answer['message']}{kept}.", is_wrong=True
+                self._photograph_line,
+                f"Not a photograph that can be used: {answer['message']}{still_there}.",
+                is_wrong=True,
             )
             return
         self._say_photograph()

@@ -5,7 +5,7 @@ from typing import Any
 
 from nicegui import ui  # pyright: ignore[reportMissingImports]  # an extra
 
-from fitting.parameters import TABLE, between, exact, explained, length_unit, with_sd
+from fitting.parameters import TABLE, between, explained, length_unit, parameters_from, with_sd
 from fitting.shell.page import parts
 from fitting.shell.page.photograph_tasks import ADDED
 from fitting.shell.page.sessions import Session
@@ -154,20 +154,13 @@ def _budget(answer: dict[str, Any]) -> str:
 
 def _parameters(answer: dict[str, Any]) -> str:
     rows = [
-        (name.replace("_", " "), _number(name, parameter), "given" if parameter["fixed"] else "measured")
-        for name, parameter in answer["parameters"].items()
+        (name.replace("_", " "), number.text, "given" if number.fixed else "measured")
+        for name, number in parameters_from(answer).items()
     ]
     if answer["fringe_scale_per_px2"]:
         scale = with_sd(answer["fringe_scale_per_px2"], answer["fringe_scale_sd_per_px2"], "per px²")
         rows.insert(0, ("fringe scale", scale, "measured"))
     return parts.table("Numbers", ("name", "value", "from"), rows) if rows else ""
-
-
-def _number(name: str, parameter: dict[str, Any]) -> str:
-    unit = TABLE[name].unit if name in TABLE else ""
-    if not parameter["sd"]:
-        return exact(parameter["value"], unit)
-    return with_sd(parameter["value"], parameter["sd"], unit).strip()
 
 
 def _model(answer: dict[str, Any]) -> str:
