@@ -18,6 +18,7 @@ from fitting.parameters.digits import between as between
 from fitting.parameters.digits import exact as exact
 from fitting.parameters.digits import length_unit as length_unit
 from fitting.parameters.digits import rounded as rounded
+from fitting.parameters.digits import text_of as text_of
 from fitting.parameters.digits import with_sd as with_sd
 from fitting.parameters.digits import with_unit as with_unit
 from fitting.parameters.free import free_names as free_names

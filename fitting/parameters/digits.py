@@ -2,16 +2,19 @@
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 # Units of length from their least size on [m].
 _LENGTHS = ((0.1, "m"), (1e-4, "mm"), (1e-6, "um"), (0.0, "nm"))
+# Digits of what was given.
+_GIVEN = 10
 _PER_METRE = {"m": 1.0, "mm": 1e3, "um": 1e6, "nm": 1e9}
 
 
-def rounded(value: float, sd: float | None = None) -> str:
-    """A value to the second digit of its standard deviation; to six digits where there is none."""
+def rounded(value: float, sd: float | None = None, digits: int = 6) -> str:
+    """A value to the second digit of its standard deviation; to so many digits where there is none."""
     if not sd or not math.isfinite(sd) or not math.isfinite(value) or value == 0:
-        return f"{value:.6g}"
+        return f"{value:.{digits}g}"
     # Of the deviation as it is printed: 0.0996 is 0.10.
     last = _order(float(_digits(sd, 2))) - 1
     return _digits(value, _order(round(value, -last) or value) - last + 1)
@@ -26,12 +29,18 @@ def length_unit(*sizes: float | None, unit: str = "m") -> tuple[float, str]:
     return _PER_METRE[name], name
 
 
-def with_sd(value: float, sd: float | None, unit: str = "") -> str:
-    """Value, standard deviation and unit: "0.879 ± 0.016 m", "9.857 ± 0.014 mm"."""
+def with_sd(value: float, sd: float | None, unit: str = "", digits: int = 6) -> str:
+    """Value, standard deviation and unit: "0.879 ± 0.016 m", "9.857 ± 0.014 mm"; `digits` without a deviation."""
     factor, unit = length_unit(value, sd, unit=unit)
     value, sd = value * factor, None if sd is None else sd * factor
     deviation = "" if sd is None else f" ± {_digits(sd, 2) if sd else '0'}"
-    return f"{rounded(value, sd)}{deviation} {unit}".rstrip()
+    return f"{rounded(value, sd, digits)}{deviation} {unit}".rstrip()
+
+
+def text_of(number: Any) -> str:
+    """Value, standard deviation and unit of a `Parameter`."""
+    # What was given is shown as it was; a fitted number without a deviation has no tenth digit.
+    return with_sd(number.value, number.sd or None, number.unit, _GIVEN if number.fixed else 6)
 
 
 def between(ends: Sequence[float], sd: float | None, unit: str = "") -> str:
@@ -43,8 +52,7 @@ def between(ends: Sequence[float], sd: float | None, unit: str = "") -> str:
 
 def exact(value: float, unit: str = "") -> str:
     """What was given, with all its digits: "589.3 nm"."""
-    factor, unit = length_unit(value, unit=unit)
-    return f"{value * factor:.10g} {unit}".rstrip()
+    return with_sd(value, None, unit, _GIVEN)
 
 
 def with_unit(name: str, unit: str) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any, NamedTuple
 
-from fitting.parameters.digits import between, exact, with_sd
+from fitting.parameters.digits import between, exact, text_of, with_sd
 from fitting.parameters.glossary import explained
 from fitting.parameters.result import Origin
 from fitting.parameters.table import UNITS
@@ -118,7 +118,7 @@ def _numbers(result) -> list[tuple[str, str, str]]:
     scale_sd = getattr(result, "fringe_scale_sd", None)
     rows = [("fringe scale", with_sd(scale, scale_sd, "per px²"), "measured")] if scale else []
     for name, number in result.parameters.items():
-        rows.append((html.escape(name), html.escape(number.text), "given" if number.fixed else "measured"))
+        rows.append((html.escape(name), html.escape(text_of(number)), "given" if number.fixed else "measured"))
     return rows
 
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from fitting.parameters.digits import exact, with_sd
+from fitting.parameters.digits import text_of
 from fitting.parameters.table import UNITS
 
 
@@ -21,15 +21,8 @@ class Parameter:
     name: str
     unit: str
 
-    @property
-    def text(self) -> str:
-        """Value, standard deviation and unit, in a unit of its size."""
-        # What was given is shown as it was; a fitted number without a deviation has no tenth digit.
-        is_exact = self.fixed and not self.sd
-        return exact(self.value, self.unit) if is_exact else with_sd(self.value, self.sd or None, self.unit)
-
     def __str__(self) -> str:
-        return f"{self.name} = {self.text}" + (" (given)" if self.fixed else "")
+        return f"{self.name} = {text_of(self)}" + (" (given)" if self.fixed else "")
 
 
 def parameters_from(saved: Mapping[str, Any]) -> dict[str, Parameter]:

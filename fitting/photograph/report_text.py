@@ -3,7 +3,7 @@
 from typing import Any
 
 from fitting.model import ADVICE, AXIS, RADIAL
-from fitting.parameters import TABLE, Parameter, between, interval, length_unit, with_sd
+from fitting.parameters import TABLE, Parameter, between, interval, length_unit, text_of, with_sd
 from fitting.photograph.ring_radii import KINDS
 
 # What makes a row of the budget smaller that is no given quantity's.
@@ -45,7 +45,7 @@ def headline_of(self: Any) -> str:
     """The answer in one line, or why there is none."""
     answer = self.parameters.get(self.measured)
     if self.status == "ok" and answer is not None and answer.sd is not None:
-        return f"{self.measured} = {with_sd(answer.value, answer.sd, TABLE[self.measured].unit)}"
+        return f"{self.measured} = {text_of(answer)}"
     if self.status == "no-scale" and self.fringe_scale_per_px2 is not None:
         scale = with_sd(self.fringe_scale_per_px2, self.fringe_scale_sd, "per px²")
         return f"fringe scale n s²/(R λ) = {scale}: {self.message}"
@@ -117,7 +117,7 @@ def _parameters(parameters: dict[str, Parameter]) -> list[str]:
         return []
     lines, width = ["[[Parameters]]"], max(len(name) for name in printed)
     for name, number in printed.items():
-        text = number.text.removesuffix(" px") if name.endswith("_px") else number.text
+        text = text_of(number).removesuffix(" px" if name.endswith("_px") else "")
         lines.append(f"    {name:<{width}} {text}" + (" (given)" if number.fixed else ""))
     return lines
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from nicegui import ui  # pyright: ignore[reportMissingImports]  # an extra
 
-from fitting.parameters import TABLE, between, explained, length_unit, parameters_from, with_sd
+from fitting.parameters import TABLE, between, explained, length_unit, parameters_from, text_of, with_sd
 from fitting.shell.page import parts
 from fitting.shell.page.photograph_tasks import ADDED
 from fitting.shell.page.sessions import Session
@@ -154,7 +154,7 @@ def _budget(answer: dict[str, Any]) -> str:
 
 def _parameters(answer: dict[str, Any]) -> str:
     rows = [
-        (name.replace("_", " "), number.text, "given" if number.fixed else "measured")
+        (name.replace("_", " "), text_of(number), "given" if number.fixed else "measured")
         for name, number in parameters_from(answer).items()
     ]
     if answer["fringe_scale_per_px2"]:
