@@ -3,6 +3,7 @@
 from newtonjax.fields import jet_fields as jet_fields
 from newtonjax.fields import packed as packed
 from newtonjax.fields.apertures import bending_error as bending_error
+from newtonjax.fields.apertures import means_along as means_along
 from newtonjax.fields.apertures import pixel_factors as pixel_factors
 from newtonjax.fields.at_points import Beats as Beats
 from newtonjax.fields.at_points import Fields as Fields
@@ -23,6 +24,8 @@ from newtonjax.fields.many_beams import airy_of as airy_of
 from newtonjax.fields.many_beams import airy_pixels as airy_pixels
 from newtonjax.fields.many_beams import harmonics_of as harmonics_of
 from newtonjax.fields.many_beams import traced_harmonics_of as traced_harmonics_of
+from newtonjax.fields.means_in_gap import GapMeans as GapMeans
+from newtonjax.fields.means_in_gap import gap_means as gap_means
 from newtonjax.fields.packed import Packed as Packed
 from newtonjax.fields.packed import arrivals as arrivals
 from newtonjax.fields.packed import coefficients_and_changes as coefficients_and_changes

@@ -11,11 +11,14 @@ import numpy as np
 from jaxtyping import Complex, Float
 from numpy.polynomial.chebyshev import chebder, chebvander
 
+from newtonjax.fields.means_in_gap import GapMeans
 from newtonjax.numerics import as_complex, chebyshev, module_of, namespace
 from newtonjax.scene import Camera
 
 # Below it the series of sin z / z and of its derivatives are used: they err by z⁶/5040 and less.
 _SMALL = 0.05
+# Path differences that spread by less [turns] have one slope.
+_LEVEL = 1e-6
 
 
 def pixel_factors(
@@ -25,6 +28,24 @@ def pixel_factors(
 
     - `ratios`: wavenumbers over that of the turns.
     """
+    return _factor(camera, *(ratios[:, None, None] * number for number in _slopes_and_bends(turns, camera)))
+
+
+def means_along(turns: Float[np.ndarray, " n"], camera: Camera) -> GapMeans:
+    """The nearest `GapMeans` to what pixels leave of path differences [turns] at a square grid of nodes, row by row.
+
+    By least squares of the squared slope over the path difference.
+    """
+    f_x, f_y, h_xx, h_yy, _ = _slopes_and_bends(turns, camera)
+    square, (mean, spread) = f_x * f_x + f_y * f_y, (turns.mean(), np.ptp(turns))
+    offset = turns - mean
+    bending = (offset * square).sum() / (2 * offset @ offset) if spread > _LEVEL else (h_xx + h_yy).mean() / 2
+    squares = (None if size is None else float(size) ** 2 for size in (camera.blur, camera.aperture))
+    return GapMeans(mean, square.mean(), bending, *squares)
+
+
+def _slopes_and_bends(turns: Float[Any, "*pairs n"], camera: Camera) -> tuple[Float[Any, "*pairs n"], ...]:
+    """First derivatives along x and y [per pixel], and second ones along x, along y and mixed."""
     count, xp = round(turns.shape[-1] ** 0.5), module_of(turns)
     grid = turns.reshape(-1, count, count)
     derivative = xp.asarray(_derivative(count))
@@ -38,8 +59,7 @@ def pixel_factors(
 
     f_x, f_y = along_x(grid), along_y(grid)
     numbers = (f_x, f_y, along_x(f_x), along_y(f_y), along_x(f_y))
-    flat = [ratios[:, None, None] * number.reshape(turns.shape) for number in numbers]
-    return _factor(camera, *flat)
+    return tuple(number.reshape(turns.shape) for number in numbers)
 
 
 def bending_error(turns: Float[np.ndarray, "pairs count count"], camera: Camera) -> float:

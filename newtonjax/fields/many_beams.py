@@ -15,6 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Complex, Float
 
+from newtonjax.fields.means_in_gap import GapMeans
 from newtonjax.numerics import as_complex, namespace
 from newtonjax.scene import FaceAmplitudes, Lines, Scene, face_amplitudes, itinerary, required_gap
 
@@ -119,20 +120,28 @@ def _beyond_first(xp, strongest, tolerance: float):
 
 
 def airy_in_lines(
-    airy: Airy, lines: Lines, powers: Float[Any, "channels lines"], shares, cosines, turns: Float[Any, " n"], count
+    airy: Airy,
+    lines: Lines,
+    powers: Float[Any, "channels lines"],
+    shares,
+    cosines,
+    turns: Float[Any, " n"],
+    count,
+    means: GapMeans | None = None,
 ) -> Float[Any, "channels n"]:
     """The sum over lines, source points and polarizations at path differences [turns of the mean wavenumber].
 
     - `airy`: [2, lines, points]; `shares`: of the polarizations and points, [2, points]; `cosines`: of the light's
       angle in the gap, [points].
     - `count`: how many harmonics are summed where lines have widths of another form than Lorentz's, whose sum is
-      closed; None of traced numbers: as many as matter, up to 2048.
+      closed, or pixels are means; None of traced numbers: as many as matter, up to 2048.
+    - `means`: of the pixels; None where they are points.
     """
     xp = namespace(airy, lines, powers, shares, cosines, turns)
 
     def add(total, point):
         of_point, cosine, share = point
-        of_lines = _of_lines(xp, of_point, lines, turns * cosine, count)
+        of_lines = _of_lines(xp, of_point, lines, turns, cosine, count, means)
         return total + powers @ (share[:, None, None] * of_lines).sum(axis=0), None
 
     total = xp.zeros((len(powers), len(turns)))
@@ -144,34 +153,42 @@ def airy_in_lines(
     return total
 
 
-def _of_lines(xp, airy: Airy, lines: Lines, turns: Float[Any, " n"], count) -> Float[Any, "2 lines n"]:
-    phase = 2 * np.pi * lines.ratios[:, None] * turns
+def _of_lines(
+    xp, airy: Airy, lines: Lines, turns: Float[Any, " n"], cosine, count, means: GapMeans | None
+) -> Float[Any, "2 lines n"]:
+    ratios = lines.ratios[:, None] * cosine
+    phase, path = 2 * np.pi * ratios * turns, turns * cosine
     wide = Airy(*(part[..., None] for part in airy))
-    if lines.are_sharp:
+    if lines.are_sharp and means is None:
         return airy_pixels(wide.parts(), xp.cos(phase), xp.sin(phase))
-    if lines.gaussian is None and lines.triangle is None:
+    if lines.gaussian is None and lines.triangle is None and means is None:
         # Harmonic m fades as the m-th power of the first: a loss of each round trip.
-        faded = as_complex(lines.fading(turns))
+        faded = as_complex(lines.fading(path))
         lossy = wide._replace(first=wide.first * faded, round_trip=wide.round_trip * faded)
         return airy_pixels(lossy.parts(), xp.cos(phase), xp.sin(phase))
     wave = as_complex(xp.cos(phase)) + 1j * as_complex(xp.sin(phase))
     total, harmonic, step = wide.level + 0.0 * phase, wide.first * wave, wide.round_trip * wave
+
+    def faded_part(order, harmonic):
+        real = harmonic.real if means is None else means.of(order * ratios, turns, harmonic.real, harmonic.imag)[0]
+        return lines.fading(order * path) * real
+
     if count is None:
-        return _summed_in_chunks(total, harmonic, step, lambda order: lines.fading(order * turns))
+        return _summed_in_chunks(total, harmonic, step, faded_part)
     for order in range(1, 1 + count):
-        total = total + 2 * lines.fading(order * turns) * harmonic.real
+        total = total + 2 * faded_part(order, harmonic)
         harmonic = harmonic * step
     return total
 
 
-def _summed_in_chunks(total, first, step, fading):
+def _summed_in_chunks(total, first, step, faded_part):
     """The sum of harmonics of traced numbers; chunks that only rounding would see are left out."""
     # What the rest adds up to, beside the first harmonic.
     size = jax.lax.stop_gradient(jnp.sqrt(jnp.max(_square(step))))
 
     def add(state, order):
         total, harmonic = state
-        return (total + 2 * fading(order) * harmonic.real, harmonic * step), None
+        return (total + 2 * faded_part(order, harmonic), harmonic * step), None
 
     @jax.checkpoint
     def add_chunk(state, begin):

@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpy.polynomial.chebyshev import chebder, chebvander
 
+from newtonjax.fields.means_in_gap import GapMeans
 from newtonjax.numerics import chebyshev, cos_turns, module_of, namespace, sin_turns
 from newtonjax.scene import Lines
 
@@ -136,10 +137,18 @@ def _bandwidth(lines: Lines) -> Any:
 
 
 def waveform(
-    lines: Lines, powers: Float[Any, "channels lines"], low, high, table: Table, *, only_real: bool = False
+    lines: Lines,
+    powers: Float[Any, "channels lines"],
+    low,
+    high,
+    table: Table,
+    *,
+    only_real: bool = False,
+    means: GapMeans | None = None,
 ) -> Waveform:
     """Γ of channels that take these powers of the lines, tabulated between two path differences [turns].
 
+    - `means`: of the pixels, where they are functions of the path difference.
     - `only_real`: without Γ's imaginary part, which real envelopes do without unless it is over the carrier.
     """
     shift = 1.0 if table.over_carrier else 0.0
@@ -148,8 +157,11 @@ def waveform(
         xp = namespace(lines, powers, turns)
         phase = 2 * np.pi * (lines.ratios - shift)[:, None] * turns
         faded = lines.fading(turns)
-        along = powers @ (faded * xp.cos(phase))
-        return along if only_real else xp.concatenate([along, powers @ (faded * xp.sin(phase))])
+        waves = xp.cos(phase), xp.sin(phase)
+        if means is not None:
+            waves = means.of(lines.ratios[:, None], turns, *waves)
+        along = powers @ (faded * waves[0])
+        return along if only_real else xp.concatenate([along, powers @ (faded * waves[1])])
 
     return tabulated(parts, low, high, table.panels)
 

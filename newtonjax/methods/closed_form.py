@@ -21,8 +21,10 @@ from newtonjax.fields import (
 )
 from newtonjax.methods.base import CALL, AbstractMethod, CannotHonourError, pass_share
 from newtonjax.methods.closed_form_float32 import closed_turns
+from newtonjax.methods.gap_paths import of_points
 from newtonjax.methods.many_beams import by_profile, profile_of
 from newtonjax.methods.many_wavelengths import equal_thickness, has_channels, one_line
+from newtonjax.methods.means_error import means_error
 from newtonjax.methods.source_directions import error_of_profile
 from newtonjax.numerics import cos_turns, is_concrete, require_concrete
 from newtonjax.scene import (
@@ -114,6 +116,7 @@ class ClosedForm(AbstractMethod):
         if not fields.arrives.all():
             return ErrorEstimate(np.inf, np.inf)
         phase, intensity = self.error_against(fields, line, camera)
+        intensity += self.error_of_means(scene, camera)
         if scene.light.extent is not None:
             intensity += error_of_profile(scene, camera)
         if scene.all_orders is not None:
@@ -124,10 +127,14 @@ class ClosedForm(AbstractMethod):
         stretch = channels_of(scene.light, None).lines.ratios.max()
         return ErrorEstimate(phase * stretch, intensity * stretch + self.table_error)
 
+    def error_of_means(self, scene: Scene, camera: Camera) -> float:
+        """What pixels that are means add to the error: tables take them as functions of the path difference."""
+        return means_error(scene, camera)
+
     def error_of_orders(self, phase: float, scene: Scene, camera: Camera) -> ErrorEstimate:
         """What an error of the phase [turns] makes of all orders in the gap: the steepest slope of their profile."""
         steps = np.linspace(0.0, 1.0, _STEPS)
-        profile = profile_of(scene, camera).at(steps)
+        profile = profile_of(scene, of_points(camera)).at(steps)
         slope = abs(np.diff(profile)).max() * (_STEPS - 1)
         of_table = 0.0 if one_line(scene).light is scene.light else self.table_error
         return ErrorEstimate(phase, float(phase * slope / profile.max()) + of_table)

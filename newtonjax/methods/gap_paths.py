@@ -47,6 +47,11 @@ def parallel(scene: Scene) -> Scene:
     return replace(scene, light=replace(scene.light, extent=None))
 
 
+def of_points(camera: Camera) -> Camera:
+    """The camera of pixels that take the light at their centres."""
+    return replace(camera, aperture=None, blur=None)
+
+
 def source_points(scene: Scene, camera: Camera, tolerance: float) -> Directions:
     """Directions over whose squared sines fringes of equal thickness are summed, errors within a tolerance of them."""
     extent = scene.light.extent

@@ -13,6 +13,7 @@ from jaxtyping import Array, Float
 
 from newtonjax.fields import (
     Airy,
+    GapMeans,
     Table,
     Waveform,
     airy_in_lines,
@@ -20,6 +21,7 @@ from newtonjax.fields import (
     airy_pixels,
     closed_amplitudes,
     fits_in_table,
+    gap_means,
     harmonics_of,
     largest_frequency,
     table_of_frequency,
@@ -27,8 +29,7 @@ from newtonjax.fields import (
     traced_harmonics_of,
 )
 from newtonjax.methods.closed_form_float32 import closed_turns
-from newtonjax.methods.gap_paths import path_range, source_points
-from newtonjax.methods.many_wavelengths import require_points
+from newtonjax.methods.gap_paths import of_points, path_range, source_points
 from newtonjax.numerics import cosine_and_sine, fraction, is_concrete, namespace
 from newtonjax.scene import Camera, Channels, Directions, Gap, Light, Scene, Surface, channels_of, gap_between
 
@@ -43,6 +44,7 @@ class Profile(NamedTuple):
     - `channels`: of light and camera; `airy`: orders of each polarization, line and direction, [2, lines, directions].
     - `shares`: of polarizations and directions, [2, directions]; `cosines`: of the light's angle in the gap.
     - `harmonics`: that count; None where numbers are traced.
+    - `means`: of the camera's pixels; None where they are points.
     """
 
     channels: Channels
@@ -50,22 +52,23 @@ class Profile(NamedTuple):
     shares: Float[Any, "2 directions"]
     cosines: Float[Any, " directions"]
     harmonics: int | None
+    means: GapMeans | None
 
     def at(self, turns: Float[Any, " n"]) -> Float[Any, "channels n"]:
         """In each channel, at path differences [turns of the mean wavenumber]."""
         lines, powers = self.channels
-        return airy_in_lines(self.airy, lines, powers, self.shares, self.cosines, turns, self.harmonics)
+        return airy_in_lines(self.airy, lines, powers, self.shares, self.cosines, turns, self.harmonics, self.means)
 
 
 def by_profile(scene: Scene, camera: Camera, tolerance: float) -> Float[Array, "rows columns *channels"]:
     """An image by its profile, errors of a table within a tolerance of the fringes' amplitude.
 
-    Raises ValueError for a camera of pixels that are means, and where a table would be too large.
+    Raises ValueError where a table would be too large.
     """
-    require_points(camera, "ClosedForm()")
     gap, profile = gap_between(scene), profile_of(scene, camera, tolerance)
     channels = profile.channels
-    if len(channels.lines.ratios) == 1 and len(profile.cosines) == 1 and channels.lines.are_sharp:
+    is_one_term = len(channels.lines.ratios) == 1 and len(profile.cosines) == 1 and channels.lines.are_sharp
+    if is_one_term and profile.means is None:
         term = Airy(*(part[0, 0, 0] for part in profile.airy))
         image = _one_term(scene, camera, gap, term)[..., None] * jnp.asarray(channels.powers[:, 0])
     else:
@@ -79,11 +82,13 @@ def profile_of(scene: Scene, camera: Camera, tolerance: float = 1e-6) -> Profile
     index = scene.media[0]
     directions = source_points(scene, camera, 0.1 * tolerance)
     squares = directions.squares() * (index * index)
-    gap = gap_between(scene).refractive_index
-    xp = namespace(squares, gap)
+    gap = gap_between(scene)
+    xp = namespace(squares, gap.refractive_index)
     airy = airy_of(scene, (scene.wavelength / channels.lines.ratios)[:, None], squares[None])
-    count = harmonics_of(airy, tolerance) if is_concrete(scene) else None
-    return Profile(channels, airy, _shares(scene.light, directions), xp.sqrt(1 - squares / (gap * gap)), count)
+    count = 1 if scene.all_orders is None else harmonics_of(airy, tolerance) if is_concrete(scene) else None
+    cosines = xp.sqrt(1 - squares / (gap.refractive_index * gap.refractive_index))
+    means = gap_means(gap, camera, 1 / scene.wavelength)
+    return Profile(channels, airy, _shares(scene.light, directions), cosines, count, means)
 
 
 def _shares(light: Light, directions: Directions) -> Float[Any, "2 directions"]:
@@ -105,7 +110,7 @@ def _shares(light: Light, directions: Directions) -> Float[Any, "2 directions"]:
 def change_by_orders(scene: Scene, camera: Camera) -> float:
     """Largest change of intensity over the peak between all orders in the gap and its two beams on bare glass."""
     turns = np.linspace(0.0, 1.0, 1001)
-    profile = profile_of(scene, camera).at(turns)
+    profile = profile_of(scene, of_points(camera)).at(turns)
     background, mutual = closed_amplitudes(scene)
     level = channels_of(scene.light, camera.response).powers.sum(axis=1)
     two_beams = level[:, None] * (background + mutual * np.cos(2 * np.pi * turns))

@@ -12,19 +12,22 @@ from jaxtyping import Array, Float
 
 from newtonjax.fields import (
     Beats,
+    GapMeans,
     Table,
     Waveform,
     closed_amplitudes,
     combined,
     fringes_by_table,
+    gap_means,
     image_in_channels,
+    means_along,
     pixel_factors,
     table_for,
     waveform,
 )
 from newtonjax.methods.gap_paths import RANGE_POINTS, bounds_between, channels_over_source, parallel, path_range
 from newtonjax.methods.pictures import AbstractPicture, one_by_one, starts
-from newtonjax.numerics import chebyshev, cos_turns, is_concrete, module_of, namespace, x64
+from newtonjax.numerics import as_complex, chebyshev, cos_turns, is_concrete, module_of, namespace, sin_turns, x64
 from newtonjax.scene import (
     Camera,
     Channels,
@@ -78,31 +81,33 @@ def table_of(channels: Channels, low, high, tolerance: float) -> Table:
     return table_for(channels.lines, float(high - low), tolerance)
 
 
-def spectral(channels: Channels, low, high, table: Table, *, only_real: bool, parts=None) -> Spectral:
+def spectral(channels: Channels, low, high, table: Table, *, only_real: bool, parts=None, means=None) -> Spectral:
     """The tables of channels between two path differences [turns].
 
     - `parts`: shares of each line in the parts that have an envelope each, [parts, lines]; None for one.
+    - `means`: of pixels in a gap, as of `waveform`.
     """
     powers = [channels.powers] if parts is None else [channels.powers * shares for shares in parts]
-    waves = tuple(waveform(channels.lines, part, low, high, table, only_real=only_real) for part in powers)
+    lines = channels.lines
+    waves = tuple(waveform(lines, part, low, high, table, only_real=only_real, means=means) for part in powers)
     return Spectral(waves, channels.powers.sum(axis=1))
 
 
 def equal_thickness(scene: Scene, camera: Camera, tolerance: float) -> Float[Array, "rows columns *channels"]:
     """Fringes of equal thickness, errors of the table within a tolerance of their amplitude.
 
-    Raises ValueError for a camera of pixels that are means.
+    Of pixels that are means, what `means_error` says beside that.
     """
-    require_points(camera, "ClosedForm()")
     x, y = camera.axes()
     gap, channels = gap_between(scene), channels_of(scene.light, camera.response)
     wavenumber, amplitudes = 1 / scene.wavelength, closed_amplitudes(scene)
+    means = gap_means(gap, camera, wavenumber)
     if not is_concrete(scene, camera) and len(channels.lines.ratios) <= _FEW:
-        image = _line_by_line(gap.opd(x[None, :], y[:, None]) * wavenumber, *amplitudes, channels)
+        image = _line_by_line(gap.opd(x[None, :], y[:, None]) * wavenumber, *amplitudes, channels, means)
     else:
         low, high = path_range(gap, camera, wavenumber)
         table = table_of(channels, low, high, tolerance)
-        tables = spectral(channels, low, high, table, only_real=not table.over_carrier)
+        tables = spectral(channels, low, high, table, only_real=not table.over_carrier, means=means)
         image = _pixels(gap, wavenumber, *amplitudes, tables, x[None, :], y[:, None], table.over_carrier)
     return image if camera.response is not None else image[..., 0]
 
@@ -121,11 +126,14 @@ def _pixels(gap: Gap, wavenumber, background, mutual, tables: Spectral, x, y, ov
     return jax.lax.cond(gap.is_shallow(x, y), lambda: image(Surface.shallow_sag), lambda: image(Surface.sag))
 
 
-def _line_by_line(turns, background, mutual, channels: Channels):
+def _line_by_line(turns, background, mutual, channels: Channels, means: GapMeans | None):
     """The sum over few lines at every pixel, for traced numbers."""
     lines = channels.lines
     ratios = lines.ratios.reshape(-1, 1, 1)
-    waves = cos_turns(ratios * turns) * lines.fading(turns)
+    waves = cos_turns(ratios * turns)
+    if means is not None:
+        waves, _ = means.of(ratios, turns, waves, sin_turns(ratios * turns))
+    waves = waves * lines.fading(turns)
     image = jnp.einsum("cl,lyx->yxc", jnp.asarray(channels.powers), waves, precision="highest")
     return background * channels.powers.sum(axis=1) + mutual * image
 
@@ -147,15 +155,19 @@ def require_points(camera: Camera, method: str) -> None:
         )
 
 
-def wave_parts(lines: Lines, camera: Camera) -> tuple[Float[Any, " parts"], Float[Any, "parts lines"]]:
+def wave_count(lines: Lines, camera: Camera) -> int:
+    """At how many wavenumbers the factors of pixels are computed: one for a line or lines within 2e-3."""
+    reach = float(np.ptp(lines.ratios)) if is_concrete(lines) else 1.0
+    return next(number for limit, number in _WAVES if reach <= limit) if camera.takes_means else 1
+
+
+def wave_parts(lines: Lines, count: int) -> tuple[Float[Any, " parts"], Float[Any, "parts lines"]]:
     """Wavenumbers over the mean one at which the factors of pixels are computed, and what each line takes of which.
 
-    Between these wavenumbers the factors are interpolated by polynomials: one for a line or lines within 2e-3.
+    Between these wavenumbers the factors are interpolated by polynomials.
     """
     xp = namespace(lines)
     ratios, low, high = lines.ratios, lines.ratios.min(), lines.ratios.max()
-    reach = float(high - low) if is_concrete(lines) else 1.0
-    count = next(number for limit, number in _WAVES if reach <= limit) if camera.takes_means else 1
     if len(ratios) == 1 or count == 1:
         return xp.stack([(low + high) / 2]), xp.ones((1, len(ratios)))
     at = (low + high) / 2 + chebyshev.nodes(count) * xp.maximum(high - low, 1e-9) / 2
@@ -166,18 +178,59 @@ def wave_parts(lines: Lines, camera: Camera) -> tuple[Float[Any, " parts"], Floa
     return at, xp.stack(shares)
 
 
-def at_nodes(beats: Beats, camera: Camera, ratios: Float[Any, " parts"]) -> Float[Any, "fields n"]:
+class Waves(NamedTuple):
+    """How the factors of pixels are shared between a table and envelopes.
+
+    - `count`: of the wavenumbers for `wave_parts`; `means`: what the table has; None for nothing.
+    """
+
+    count: int
+    means: GapMeans | None
+
+
+def waves_for(beats: Beats, camera: Camera, lines: Lines, tolerance: float) -> Waves:
+    """The fewest wavenumbers that keep a tolerance of the envelopes, of known numbers.
+
+    Where the means over pixels are nearly a function of the path difference, the table has most of them, and what is
+    left hardly depends on the wavenumber. Of several pairs of beams the table has none.
+    """
+    most = wave_count(lines, camera)
+    if not camera.takes_means or len(beats.turns) != 1:
+        return Waves(most, None)
+    means = means_along(beats.turns[0], camera)
+    some = np.linspace(lines.ratios.min(), lines.ratios.max(), 2 * most)
+    sizes = abs(pixel_factors(beats.turns, camera, some)[:, 0])
+    exact = _left(beats.turns, camera, some, means)
+    for count in (number for _, number in _WAVES if number <= most):
+        ratios, shares = wave_parts(lines._replace(ratios=some), count)
+        left = _left(beats.turns, camera, ratios, means)
+        if abs((shares.T @ left[:, 0] - exact[:, 0]) * sizes).max() <= tolerance:
+            return Waves(count, means)
+    return Waves(most, None)
+
+
+def _left(turns, camera: Camera, ratios, means: GapMeans | None):
+    """The factors of pixels, over those that the table has, [waves, pairs, n]."""
+    factors = pixel_factors(turns, camera, ratios)
+    if means is None:
+        return factors
+    real, imaginary = means.of(ratios[:, None, None], turns, 1.0, 0.0)
+    return factors / (as_complex(real) + 1j * as_complex(imaginary))
+
+
+def at_nodes(
+    beats: Beats, camera: Camera, ratios: Float[Any, " parts"], means: GapMeans | None = None, rounding: float = _REAL
+) -> Float[Any, "fields n"]:
     """Fields at nodes, smooth whatever the spectrum: background, parts of the envelopes, turns.
 
     - `ratios`: wavenumbers at which envelopes have factors of their own, see `wave_parts`.
-
-    Imaginary parts that are known to be rounding are 0.
+    - `means`: what the table has of these factors.
+    - `rounding`: imaginary parts of so little, over the largest envelope, are 0; of known numbers.
     """
     xp, envelope = module_of(beats.turns), beats.envelope
     if camera.takes_means:
-        factors = pixel_factors(beats.turns, camera, ratios)
-        envelope = (envelope * factors).reshape(-1, envelope.shape[-1])
-    if xp is np and abs(envelope.imag).max(initial=0.0) <= _REAL * abs(envelope).max(initial=0.0):
+        envelope = (envelope * _left(beats.turns, camera, ratios, means)).reshape(-1, envelope.shape[-1])
+    if xp is np and abs(envelope.imag).max(initial=0.0) <= rounding * abs(envelope).max(initial=0.0):
         envelope = envelope.real + 0j
     turns = xp.tile(beats.turns, (len(envelope) // len(beats.turns), 1))
     return xp.concatenate([beats.background[None], envelope.real, envelope.imag, turns])
@@ -193,7 +246,7 @@ def turn_range(coefficients: Float[Any, "fields count count"]) -> tuple[Any, Any
 def on_nodes(coefficients: Float[Array, "fields count count"], scene: Scene, camera: Camera):
     """The image of traced coefficients, as `at_nodes` orders fields."""
     channels = channels_over_source(scene, camera)
-    _, parts = wave_parts(channels.lines, camera)
+    _, parts = wave_parts(channels.lines, wave_count(channels.lines, camera))
     tables = spectral(channels, *turn_range(coefficients), _TRACED, only_real=False, parts=parts)
     image = combined(chebyshev.expand(coefficients, camera.shape), tables.levels, tables.waves, over_carrier=False)
     return image if camera.response is not None else image[..., 0]

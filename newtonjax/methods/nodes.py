@@ -37,6 +37,7 @@ from newtonjax.methods.closed_form import ClosedForm
 from newtonjax.methods.gap_paths import channels_over_source, parallel
 from newtonjax.methods.many_wavelengths import (
     InChannels,
+    Waves,
     at_nodes,
     has_channels,
     on_nodes,
@@ -44,7 +45,9 @@ from newtonjax.methods.many_wavelengths import (
     spectral,
     table_of,
     turn_range,
+    wave_count,
     wave_parts,
+    waves_for,
 )
 from newtonjax.methods.pictures import OnNodes
 from newtonjax.numerics import chebyshev, is_concrete, shown
@@ -64,7 +67,7 @@ class Chebyshev(AbstractMethod):
     - `dtype`: "float64", or "float32" for the pixels, in half of the memory and, where the nodes resolve the fields, at
       most 2e-5 of the peak away up to 250 turns; rays and nodes are in float64 in either. None is JAX's setting.
       Derivatives are computed in float64. Light of many wavelengths, and colours, are computed in float64.
-    - `table_error`: as of `ClosedForm`.
+    - `table_error`: as of `ClosedForm`; by as much may what pixels leave of the fringes be off their table.
     """
 
     float32_error: ClassVar[float] = 1e-5
@@ -139,7 +142,8 @@ class Chebyshev(AbstractMethod):
         if has_channels(scene.light, camera):
             beams = arrivals_at(parallel(scene), node_points(camera, self.nodes))
             of_nodes = beats(beams, np.array(pairs(scene)).reshape(-1, 2), source_of(scene.light))
-            ratios, _ = wave_parts(channels_over_source(scene, camera).lines, camera)
+            lines = channels_over_source(scene, camera).lines
+            ratios, _ = wave_parts(lines, wave_count(lines, camera))
             return on_nodes(chebyshev.coefficients(at_nodes(of_nodes, camera, ratios)), scene, camera)
         of_fields = synthesize_single if self.dtype == "float32" else synthesize
         return of_fields(self.coefficients(self.fields(scene, camera)), camera.shape)
@@ -157,22 +161,33 @@ class Chebyshev(AbstractMethod):
 
         Raises ValueError where a beam does not reach the whole image.
         """
+        return self._nodes_and_waves(scene, camera)[0]
+
+    def _nodes_and_waves(self, scene: Scene, camera: Camera) -> tuple[Float[np.ndarray, "fields nodes nodes"], Waves]:
         bench = packed.pack(parallel(scene))
         of_nodes = beats(packed.node_arrivals(bench, camera, self.nodes), bench.pairs, bench.source)
         if not of_nodes.arrives.all():
             raise unreached(self)
-        ratios, _ = wave_parts(channels_over_source(scene, camera).lines, camera)
-        return chebyshev.coefficients(at_nodes(of_nodes, camera, ratios))
+        lines = channels_over_source(scene, camera).lines
+        # Of the amplitude, and so half as much of the peak: with the table's own they stay within `table_error` of it.
+        allowance = 0.5 * self.table_error
+        waves = waves_for(of_nodes, camera, lines, allowance)
+        ratios, _ = wave_parts(lines, waves.count)
+        rounding = {} if waves.means is None else {"rounding": allowance}
+        return chebyshev.coefficients(at_nodes(of_nodes, camera, ratios, waves.means, **rounding)), waves
 
     def _in_channels(self, scene: Scene, camera: Camera) -> InChannels:
-        coefficients, pairs = self.node_coefficients(scene, camera), len(scene.beams) * (len(scene.beams) - 1) // 2
+        (coefficients, waves), pairs = (
+            self._nodes_and_waves(scene, camera),
+            len(scene.beams) * (len(scene.beams) - 1) // 2,
+        )
         channels, (low, high) = channels_over_source(scene, camera, 0.1 * self.table_error), turn_range(coefficients)
-        ratios, parts = wave_parts(channels.lines, camera)
+        _, parts = wave_parts(channels.lines, waves.count)
         table = table_of(channels, low, high, self.table_error)
-        many = len(ratios) * pairs
+        many = waves.count * pairs
         is_real = not coefficients[1 + many : 1 + 2 * many].any()
         only_real = is_real and not table.over_carrier
-        tables = spectral(channels, low, high, table, only_real=only_real, parts=parts)
+        tables = spectral(channels, low, high, table, only_real=only_real, parts=parts, means=waves.means)
         result = "float32" if is_single() else "float64"
         has_response = camera.response is not None
         return InChannels(coefficients, camera.shape, tables, table.over_carrier, has_response, result)

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from newtonjax.fields import intensity, node_arrivals, node_fields, pack
+from newtonjax.methods.gap_paths import of_points
 from newtonjax.methods.many_beams import profile_of
 from newtonjax.methods.many_wavelengths import one_line
 from newtonjax.scene import Camera, Directions, Scene, directions_of, gap_opd, launch_frame, node_points, tilt_towards
@@ -58,6 +59,6 @@ def error_of_profile(scene: Scene, camera: Camera) -> float:
     line = replace(one_line(scene), light=replace(one_line(scene).light, extent=scene.light.extent))
     points = node_points(camera, _NODES)
     turns = np.broadcast_to(gap_opd(line, points[:, 0], points[:, 1]), len(points)) / line.wavelength
-    formula = profile_of(line, replace(camera, response=None)).at(turns)[0]
+    formula = profile_of(line, replace(of_points(camera), response=None)).at(turns)[0]
     rays = summed_at_nodes(scene, camera, _ORDER)
     return 1.5 * float(abs(formula - rays).max() / rays.max())

@@ -41,8 +41,8 @@ from newtonjax.scene import Camera, Scene, channels_of, require_bench
 _LADDER = (3, 4, 5, 6, 7, 9, 11, 13, 17, 21, 25, 29, 33)
 # Nodes to a side of the probes; a grid is judged by one that has at least so many more.
 _COARSE, _FINE, _FINEST, _BEYOND = 17, 33, 41, 4
-# What tables of a spectrum may err by, of the tolerance.
-_OF_TABLES = 0.02
+# What tables of a spectrum may err by, of the tolerance; and those that hold what pixels leave of the fringes.
+_OF_TABLES, _OF_MEANS = 0.02, 0.1
 
 
 @dataclass(frozen=True)
@@ -124,9 +124,8 @@ def planned(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> tuple[Plan
         error = formula.error_against(fields, scene, camera)
         intensity = float(error.intensity) + dropped_error + (formula.float32_error if is_single() else 0.0)
         if intensity <= tolerance:
-            reason = PlanReason.FOCUSED_ON_GAP()
-            by_formula = Plan(formula, scene, dropped, float(error.phase), intensity, reason, warnings)
-            return _with_picture(by_formula, camera)
+            phase, reason = float(error.phase), PlanReason.FOCUSED_ON_GAP()
+            return _with_picture(Plan(formula, scene, dropped, phase, intensity, reason, warnings), camera)
     return _on_nodes(by_rays, bench, camera, fields, tolerance, dropped_error)
 
 
@@ -188,18 +187,17 @@ def _all_orders(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, A
             f"the closed form of all orders errs by {error.intensity:.2g} of the peak; allowed: {tolerance:g}; "
             "give a larger tolerance, a flatter lens or a smaller image, or method=ClosedForm()"
         )
-    reason = PlanReason.ALL_ORDERS()
-    return _with_picture(Plan(method, scene, (), error.phase, error.intensity, reason), camera)
+    return _with_picture(Plan(method, scene, (), *error, PlanReason.ALL_ORDERS()), camera)
 
 
 def _in_channels(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, AbstractPicture]:
     """The plan of the mean line, whose phase errors are larger in shorter waves; and a table that errs by less."""
     stretch = float(np.max(channels_of(scene.light, None).lines.ratios))
-    table_error = _OF_TABLES * tolerance
+    table_error = (_OF_MEANS if camera.takes_means else _OF_TABLES) * tolerance
     points, line = replace(camera, response=None, aperture=None, blur=None), one_line(scene)
     chosen, _ = planned(line, points, (tolerance - table_error) / stretch)
     if camera.takes_means:
-        chosen = _resolving_means(chosen, scene, camera, (tolerance - table_error) / stretch)
+        chosen = _resolving_means(chosen, scene, camera, (tolerance - table_error) / stretch, table_error)
     method = chosen.method
     if isinstance(method, Chebyshev | ClosedForm):
         method = replace(method, table_error=table_error)
@@ -213,26 +211,28 @@ def _in_channels(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, 
     return _with_picture(chosen, camera)
 
 
-def _resolving_means(chosen: Plan, scene: Scene, camera: Camera, tolerance: float) -> Plan:
-    """The plan with nodes that resolve what pixels leave of the fringes, too.
+def _resolving_means(chosen: Plan, scene: Scene, camera: Camera, tolerance: float, table_error: float) -> Plan:
+    """The plan with the closed form where its means hold, else nodes that resolve what pixels leave of the fringes.
 
     Raises ValueError where a beam does not reach the whole image, or no grid is fine enough.
     """
     scene = replace(chosen.scene, light=scene.light)
-    fields = Chebyshev(_FINEST).node_coefficients(scene, camera)
-    shells = chebyshev.shells(fields)
-    parts = (len(fields) - 1) // 3
-    size = shells[1 : 1 + 2 * parts].sum()
-    bent = bending_error(fields[1 + 2 * parts :], camera)
+    if isinstance(chosen.method, ClosedForm):
+        of_means = chosen.method.error_of_means(scene, camera)
+        if chosen.intensity_error + of_means <= tolerance:
+            return replace(chosen, intensity_error=chosen.intensity_error + of_means)
     least = chosen.method.nodes if isinstance(chosen.method, Chebyshev) else _LADDER[0]
-    for count in (nodes for nodes in _LADDER if nodes >= least):
-        beyond = 2 * shells[:, count:].sum(axis=1)
-        error = beyond[: 1 + 2 * parts].sum() + 2 * np.pi * size * beyond[1 + 2 * parts :].max()
-        error = float(error / (abs(fields[0, 0, 0]) + size)) + bent
-        if error <= tolerance:
-            reason = PlanReason.NODES_RESOLVE(count=count)
-            error = max(error, chosen.intensity_error)
-            return replace(chosen, method=Chebyshev(count), intensity_error=error, reason=reason)
+    for finest in (_COARSE, _FINEST):
+        fields = Chebyshev(finest, table_error=table_error).node_coefficients(scene, camera)
+        shells, parts = chebyshev.shells(fields), (len(fields) - 1) // 3
+        size, bent = shells[1 : 1 + 2 * parts].sum(), bending_error(fields[1 + 2 * parts :], camera)
+        for count in (nodes for nodes in _LADDER if least <= nodes and nodes + _BEYOND <= finest):
+            beyond = 2 * shells[:, count:].sum(axis=1)
+            error = beyond[: 1 + 2 * parts].sum() + 2 * np.pi * size * beyond[1 + 2 * parts :].max()
+            error = float(error / (abs(fields[0, 0, 0]) + size)) + bent
+            if error <= tolerance:
+                error, reason = max(error, chosen.intensity_error), PlanReason.NODES_RESOLVE(count=count)
+                return replace(chosen, method=Chebyshev(count), intensity_error=error, reason=reason)
     raise ValueError(
         f"aperture and blur over fringes that change within a pixel by more than {tolerance:.2g}, or that no grid of "
         "nodes resolves; allowed: a larger tolerance, finer pixels or a smaller image"

@@ -39,6 +39,7 @@ from newtonjax.scene.gap import gap_between as gap_between
 from newtonjax.scene.gap import gap_height as gap_height
 from newtonjax.scene.gap import gap_of as gap_of
 from newtonjax.scene.gap import gap_opd as gap_opd
+from newtonjax.scene.gap import gap_slopes as gap_slopes
 from newtonjax.scene.gap import has_tilted_sphere as has_tilted_sphere
 from newtonjax.scene.gap import is_known_nonzero as is_known_nonzero
 from newtonjax.scene.gap import required_gap as required_gap

@@ -62,6 +62,18 @@ def height(
     return plane + profile(surface, dx, dy)
 
 
+def _slopes(surface: Surface, x: Float[Any, "..."], y: Float[Any, "..."]) -> tuple[Any, Any]:
+    """Slopes of `height` along x and y, of an upright sphere or a plane."""
+    dx, dy, axis = x - surface.vertex[0], y - surface.vertex[1], frame(surface.tilt)[2]
+    along_x, along_y = -axis[0] / axis[2], -axis[1] / axis[2]
+    if surface.is_plane():
+        return along_x, along_y
+    xp, c = namespace(surface, x, y), surface.curvature
+    inside = 1 - c * c * (dx * dx + dy * dy)
+    steepness = c / xp.sqrt(xp.where(inside > 0, inside, 1.0))
+    return along_x + steepness * dx, along_y + steepness * dy
+
+
 class Gap(NamedTuple):
     """The faces above and below a gap, and the refractive index of what fills it."""
 
@@ -81,6 +93,12 @@ class Gap(NamedTuple):
     def opd(self, x: Float[Any, "..."], y: Float[Any, "..."], profile: Profile = Surface.sag) -> Float[Any, "..."]:
         """2 n t(x, y): the round trip through the gap along z [m]."""
         return 2 * self.refractive_index * (height(self.above, x, y, profile) - height(self.below, x, y, profile))
+
+
+def gap_slopes(gap: Gap, x: Float[Any, "..."], y: Float[Any, "..."]) -> tuple[Any, Any]:
+    """How the thickness of a gap between upright spheres and planes grows along x and y at a point."""
+    above, below = _slopes(gap.above, x, y), _slopes(gap.below, x, y)
+    return above[0] - below[0], above[1] - below[1]
 
 
 def gap_between(scene: Scene) -> Gap:

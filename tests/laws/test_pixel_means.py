@@ -12,10 +12,25 @@ from scipy.ndimage import gaussian_filter
 import newtonjax as nj
 
 CAMERA = nj.Camera((24, 30), 24e-6)
+BY_RAYS, BY_FORMULA = nj.Chebyshev(17, table_error=1e-7), nj.ClosedForm(1e-7)
 
 
-def supersampled(scene, camera, side, blur=0.0):
+def supersampled(scene, camera, side, blur=0.0, method=BY_RAYS):
     """Means over side x side points a pixel, of a picture that is blurred before on a frame wider by some pixels."""
+    points, margin = blurred_points(scene, camera, side, blur, method)
+    rows, columns = camera.shape
+    means = points.reshape(rows + 2 * margin, side, columns + 2 * margin, side).mean(axis=(1, 3))
+    return means[margin : margin + rows, margin : margin + columns]
+
+
+def convolved(scene, camera, side, blur):
+    """The middle of each pixel of that picture, of an odd number of points."""
+    points, margin = blurred_points(scene, camera, side, blur, BY_FORMULA)
+    middles = points[side // 2 :: side, side // 2 :: side]
+    return middles[margin : margin + camera.shape[0], margin : margin + camera.shape[1]]
+
+
+def blurred_points(scene, camera, side, blur, method):
     rows, columns = camera.shape
     margin = int(np.ceil(6 * blur))
     middle = ((columns - 1) / 2, (rows - 1) / 2) if camera.centre_px is None else camera.centre_px
@@ -24,11 +39,8 @@ def supersampled(scene, camera, side, blur=0.0):
         camera.pixel_size / side,
         tuple((at + margin + 0.5) * side - 0.5 for at in middle),
     )
-    points = np.asarray(nj.render(scene, wide, nj.Chebyshev(17, table_error=1e-7)))
-    if blur:
-        points = gaussian_filter(points, blur * side, truncate=6.0)
-    means = points.reshape(rows + 2 * margin, side, columns + 2 * margin, side).mean(axis=(1, 3))
-    return means[margin : margin + rows, margin : margin + columns]
+    points = np.asarray(nj.render(scene, wide, method))
+    return (gaussian_filter(points, blur * side, truncate=6.0) if blur else points), margin
 
 
 @pytest.mark.parametrize("light", ["589.3nm", "white:5500K"])
@@ -70,11 +82,77 @@ def test_derivatives_in_aperture_and_blur_are_those_of_differences(aperture, blu
         np.testing.assert_allclose(slopes[name], expected, atol=1e-4 * scale, err_msg=name)
 
 
-def test_methods_that_take_points_refuse_means():
+@pytest.mark.parametrize("options", [{"light": "sodium"}, {"light": "white:5500K"}, {"plate_coating": "mirror:30%"}])
+@pytest.mark.parametrize(("aperture", "blur", "tolerance"), [(1.0, None, 1e-4), (None, 1.0, 1e-3), (1.0, 0.5, 1e-3)])
+def test_tables_of_the_gap_hold_the_means_over_pixels(options, aperture, blur, tolerance):
+    # Fringes 15 to 8 pixels wide; 3 of the finest harmonics that count.
+    scene, camera = nj.newton_rings(0.2, gap=3e-7, **options), nj.Camera((24, 30), 10e-6, centre_px=(-40.0, -30.0))
+    side = 33 if blur is None else 15
+    expected = supersampled(scene, camera, side, blur or 0.0, BY_FORMULA)
+    if aperture is None:
+        expected = convolved(scene, camera, side, blur)
+    means = replace(camera, aperture=aperture, blur=blur)
+    image = np.asarray(nj.render(scene, means, BY_FORMULA))
+    assert np.abs(image - expected).max() <= tolerance * expected.max()
+    stated = BY_FORMULA.error(scene, means).intensity
+    assert np.abs(image - expected).max() <= stated * expected.max()
+
+
+def test_a_blurred_parabola_is_exact_however_strong_the_blur():
+    # The faces' parabola bends by 0.04 turns per pixel²; sums over its exact phase with the weights of the blur.
+    wavelength, pixel, blur, radius = 500e-9, 40e-6, 2.0, 0.16
+    scene = nj.newton_rings(radius, wavelength)
+    camera = nj.Camera((9, 9), pixel, blur=blur)
+    (x, y), offset = camera.axes(), np.linspace(-7, 7, 281) * blur * pixel
+    weight = np.exp(-((offset / (blur * pixel)) ** 2) / 2)
+    along = [np.exp(2j * np.pi / (radius * wavelength) * (at[:, None] + offset) ** 2) @ weight for at in (x, y)]
+    waves = (along[1][:, None] * along[0]).real / weight.sum() ** 2
+    r, t = 0.2, 1 - 0.2**2
+    expected = t**2 * r**2 * (1 + t**2 - 2 * t * waves)
+    image = np.asarray(nj.render(scene, camera, nj.ClosedForm(1e-8)))
+    assert np.abs(image - expected).max() <= 1e-5 * expected.max()
+
+
+@pytest.mark.parametrize("light", ["589nm", "mercury", "white:5500K"])
+def test_derivatives_of_the_tables_are_those_of_differences_also_at_0(light):
+    def image(numbers):
+        camera = replace(CAMERA, aperture=numbers["aperture"], blur=numbers["blur"], pixel_size=10e-6)
+        scene = nj.newton_rings(
+            numbers["radius"], light=light, gap=numbers["gap"], numerical_aperture=numbers.get("numerical_aperture")
+        )
+        return nj.render(scene, camera, nj.ClosedForm())
+
+    of_image, forward = (jax.jit(f, compiler_options=QUICKLY) for f in (image, jax.jacfwd(image)))
+    general = {"radius": 0.2, "gap": 3e-7, "aperture": 1.0, "blur": 0.5}
+    flat = {"radius": 0.2, "gap": 0.0, "aperture": 0.0, "blur": 0.0}
+    places = [general, flat]
+    if light == "mercury":
+        places = [general | {"numerical_aperture": 0.1}, flat | {"numerical_aperture": 0.0}]
+    for place in places:
+        values = {name: jnp.asarray(value) for name, value in place.items()}
+        slopes = forward(values)
+        for name, value in values.items():
+            step = {"radius": 1e-6, "gap": 1e-12}.get(name, 1e-4)
+            low, high = value - step, value + step
+            low = low if name in ("radius", "gap") else jnp.abs(low)  # images are even in the others
+            expected = (of_image({**values, name: high}) - of_image({**values, name: low})) / (2 * step)
+            scale = jnp.abs(expected).max() + 1e-8 * of_image(values).max() / step
+            np.testing.assert_allclose(slopes[name], expected, atol=1e-4 * scale, err_msg=name)
+
+
+def test_a_blur_or_an_area_compiles_nothing_new_where_light_is_tabulated():
+    scene = nj.newton_rings(0.2, light="mercury", gap=3e-7)
+    nj.render(scene, CAMERA, nj.ClosedForm())
+    events = []
+    jax.monitoring.register_event_duration_secs_listener(lambda name, *_, **__: events.append(name))
+    nj.render(scene, replace(CAMERA, aperture=1.0, blur=0.5), nj.ClosedForm())
+    assert not [name for name in events if "backend_compile" in name]
+
+
+def test_a_method_that_takes_points_refuses_means():
     camera = replace(CAMERA, aperture=1.0)
-    for method in (nj.ClosedForm(), nj.Traced()):
-        with pytest.raises(ValueError, match="takes the light at pixels' centres"):
-            nj.render(nj.newton_rings(0.2), camera, method)
+    with pytest.raises(ValueError, match="takes the light at pixels' centres"):
+        nj.render(nj.newton_rings(0.2), camera, nj.Traced())
     with pytest.raises(ValueError, match=r"blur is -1.0; allowed: 0 to 100"):
         replace(CAMERA, blur=-1.0)
 

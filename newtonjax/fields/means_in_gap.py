@@ -1,0 +1,105 @@
+"""What the area of a pixel and a blur leave of fringes of equal thickness: functions of the path difference alone.
+
+Between spheres and planes the path difference bends alike everywhere and in all directions, so that the square of its
+slope grows in proportion to it. Over a pixel it is φ + f u + κ u² / 2 [turns]; a Gaussian blur of standard deviation b
+then leaves of e^{2πi φ} exactly
+
+    z exp(-2π² b² f² z),    z = 1 / (1 - 2πi κ b²)
+
+times e^{2πi φ}, and the fringes a frequency z f. The square of a pixel takes sin(π a f)/(π a f) along each axis, and a
+bend to first order. Its direction counts little: it is taken at 22.5 degrees to the axes, where the terms in f⁴ and f⁶
+have their mean over all directions.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from newtonjax.numerics import Scalar, namespace
+from newtonjax.scene import Camera, Gap, gap_slopes
+
+# Shares of the squared slope along the two axes.
+_SHARES = (np.cos(np.pi / 8) ** 2, np.sin(np.pi / 8) ** 2)
+# The series of sin(√x) / √x, the highest power first, and up to where it is taken: it errs by 1e-15 there.
+_SERIES, _SMALL = np.array([-1 / 39916800, 1 / 362880, -1 / 5040, 1 / 120, -1 / 6, 1.0]), 0.1
+
+
+class GapMeans(NamedTuple):
+    """The means of a camera's pixels in a gap.
+
+    - `turns`, `square`: at one point the path difference [turns of the mean wavenumber], and the square of its slope
+      [turns² per pixel²].
+    - `bending`: its second derivative [turns per pixel²].
+    - `blur`, `side`: squares of the standard deviation of the blur, and of the side of a pixel [pixels²]; or None.
+    """
+
+    turns: Scalar
+    square: Scalar
+    bending: Scalar
+    blur: Scalar | None
+    side: Scalar | None
+
+    def of(self, ratios: Float[Any, "..."], turns: Float[Any, "..."], real, imaginary) -> tuple[Any, Any]:
+        """The means of real and imaginary parts of waves, of these wavenumbers over the mean one."""
+        xp = namespace(self, ratios, turns)
+        bending, square = (
+            ratios * self.bending,
+            ratios * ratios * (self.square + 2 * self.bending * (turns - self.turns)),
+        )
+        along, aside, turned = 1.0, 0.0, 0.0
+        if self.blur is not None:
+            turned = 2 * np.pi * bending * self.blur
+            total = 1 / (1 + turned * turned)
+            loss = 2 * np.pi**2 * self.blur * square * total
+            angle, size = -turned * loss, total * xp.exp(-loss)
+            cosine, sine = size * xp.cos(angle), size * xp.sin(angle)
+            along, aside = cosine - turned * sine, sine + turned * cosine
+            square = square * total
+        if self.side is not None:
+            box, bent = _of_square(xp, self.side, square, bending, turned)
+            along, aside = along * box - aside * bent, along * bent + aside * box
+        return along * real - aside * imaginary, along * imaginary + aside * real
+
+
+def gap_means(gap: Gap, camera: Camera, wavenumber: Scalar) -> GapMeans | None:
+    """What a camera's pixels are means over, in a gap between spheres and planes; None where they are points."""
+    if not camera.takes_means:
+        return None
+    x, y = (ends.mean() for ends in camera.ends())
+    scale = 2 * gap.refractive_index * wavenumber * camera.pixel_size
+    slope_x, slope_y = gap_slopes(gap, x, y)
+    bending = scale * camera.pixel_size * (gap.above.curvature - gap.below.curvature)
+    squares = (None if size is None else size * size for size in (camera.blur, camera.aperture))
+    return GapMeans(
+        gap.opd(x, y) * wavenumber, scale * scale * (slope_x * slope_x + slope_y * slope_y), bending, *squares
+    )
+
+
+def _of_square(xp, side, square, bending, turned):
+    """Real and imaginary part of what a square pixel leaves; `turned`: of the squared frequency, half its angle."""
+    (one, slope_one, bend_one), (two, slope_two, bend_two) = (
+        _box(xp, np.pi**2 * side * share * square) for share in _SHARES
+    )
+    at_one, at_two = (np.pi**2 * side * share * square for share in _SHARES)
+    bent = (slope_one + 2 * at_one * bend_one) * two + one * (slope_two + 2 * at_two * bend_two)
+    change = 2 * turned * (at_one * slope_one * two + at_two * one * slope_two)
+    return one * two, change - np.pi / 2 * side * bending * bent
+
+
+def _box(xp, x):
+    """Sin(√x) / √x, and its first and second derivative; of x below 0, beyond the point of no slope, too."""
+    is_small = x < _SMALL
+    safe = xp.where(is_small, 1.0, x)
+    root = xp.sqrt(safe)
+    value = xp.where(is_small, _horner(_SERIES, x), xp.sin(root) / root)
+    slope = xp.where(is_small, _horner(np.polyder(_SERIES), x), (xp.cos(root) - value) / (2 * safe))
+    bend = xp.where(is_small, _horner(np.polyder(_SERIES, 2), x), -(value / 2 + 3 * slope) / (2 * safe))
+    return value, slope, bend
+
+
+def _horner(coefficients, x):
+    value = 0.0 * x
+    for coefficient in coefficients:
+        value = value * x + coefficient
+    return value
