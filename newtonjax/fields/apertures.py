@@ -28,7 +28,8 @@ def pixel_factors(
 
     - `ratios`: wavenumbers over that of the turns.
     """
-    return _factor(camera, *(ratios[:, None, None] * number for number in _slopes_and_bends(turns, camera)))
+    numbers = _slopes_and_bends(turns, camera)
+    return _factor(camera, *(ratios[:, None, None] * number for number in numbers))
 
 
 def means_along(turns: Float[np.ndarray, " n"], camera: Camera) -> GapMeans:
@@ -37,14 +38,16 @@ def means_along(turns: Float[np.ndarray, " n"], camera: Camera) -> GapMeans:
     By least squares of the squared slope over the path difference.
     """
     f_x, f_y, h_xx, h_yy, _ = _slopes_and_bends(turns, camera)
-    square, (mean, spread) = f_x * f_x + f_y * f_y, (turns.mean(), np.ptp(turns))
-    offset = turns - mean
-    bending = (offset * square).sum() / (2 * offset @ offset) if spread > _LEVEL else (h_xx + h_yy).mean() / 2
-    squares = (None if size is None else float(size) ** 2 for size in (camera.blur, camera.aperture))
-    return GapMeans(mean, square.mean(), bending, *squares)
+    square, offset = f_x * f_x + f_y * f_y, turns - turns.mean()
+    bending = (h_xx + h_yy).mean() / 2
+    if np.ptp(turns) > _LEVEL:
+        bending = offset @ square / (2 * offset @ offset)
+    sizes = (camera.blur, camera.aperture)
+    squares = (None if size is None else float(size) ** 2 for size in sizes)
+    return GapMeans(turns.mean(), square.mean(), bending, *squares)
 
 
-def _slopes_and_bends(turns: Float[Any, "*pairs n"], camera: Camera) -> tuple[Float[Any, "*pairs n"], ...]:
+def _slopes_and_bends(turns: Float[Any, "*pairs n"], camera: Camera) -> tuple[Any, ...]:
     """First derivatives along x and y [per pixel], and second ones along x, along y and mixed."""
     count, xp = round(turns.shape[-1] ** 0.5), module_of(turns)
     grid = turns.reshape(-1, count, count)

@@ -170,7 +170,9 @@ def _of_lines(
     total, harmonic, step = wide.level + 0.0 * phase, wide.first * wave, wide.round_trip * wave
 
     def faded_part(order, harmonic):
-        real = harmonic.real if means is None else means.of(order * ratios, turns, harmonic.real, harmonic.imag)[0]
+        real, imaginary = harmonic.real, harmonic.imag
+        if means is not None:
+            real, _ = means.of(order * ratios, turns, real, imaginary)
         return lines.fading(order * path) * real
 
     if count is None:

@@ -40,7 +40,7 @@ class GapMeans(NamedTuple):
     blur: Scalar | None
     side: Scalar | None
 
-    def of(self, ratios: Float[Any, "..."], turns: Float[Any, "..."], real, imaginary) -> tuple[Any, Any]:
+    def of(self, ratios, turns, real, imaginary) -> tuple[Any, Any]:
         """The means of real and imaginary parts of waves, of these wavenumbers over the mean one."""
         xp = namespace(self, ratios, turns)
         bending, square = (
@@ -70,21 +70,21 @@ def gap_means(gap: Gap, camera: Camera, wavenumber: Scalar) -> GapMeans | None:
     scale = 2 * gap.refractive_index * wavenumber * camera.pixel_size
     slope_x, slope_y = gap_slopes(gap, x, y)
     bending = scale * camera.pixel_size * (gap.above.curvature - gap.below.curvature)
-    squares = (None if size is None else size * size for size in (camera.blur, camera.aperture))
-    return GapMeans(
-        gap.opd(x, y) * wavenumber, scale * scale * (slope_x * slope_x + slope_y * slope_y), bending, *squares
-    )
+    sizes = (camera.blur, camera.aperture)
+    squares = (None if size is None else size * size for size in sizes)
+    square = scale * scale * (slope_x * slope_x + slope_y * slope_y)
+    return GapMeans(gap.opd(x, y) * wavenumber, square, bending, *squares)
 
 
 def _of_square(xp, side, square, bending, turned):
     """Real and imaginary part of what a square pixel leaves; `turned`: of the squared frequency, half its angle."""
-    (one, slope_one, bend_one), (two, slope_two, bend_two) = (
-        _box(xp, np.pi**2 * side * share * square) for share in _SHARES
-    )
-    at_one, at_two = (np.pi**2 * side * share * square for share in _SHARES)
-    bent = (slope_one + 2 * at_one * bend_one) * two + one * (slope_two + 2 * at_two * bend_two)
-    change = 2 * turned * (at_one * slope_one * two + at_two * one * slope_two)
-    return one * two, change - np.pi / 2 * side * bending * bent
+    places = [np.pi**2 * side * share * square for share in _SHARES]
+    (x, dx, ddx), (y, dy, ddy) = (_box(xp, place) for place in places)
+    first_x, first_y = places[0] * dx * y, places[1] * x * dy
+    second_x = (dx + 2 * places[0] * ddx) * y
+    second_y = x * (dy + 2 * places[1] * ddy)
+    change = 2 * turned * (first_x + first_y)
+    return x * y, change - np.pi / 2 * side * bending * (second_x + second_y)
 
 
 def _box(xp, x):
@@ -93,9 +93,10 @@ def _box(xp, x):
     safe = xp.where(is_small, 1.0, x)
     root = xp.sqrt(safe)
     value = xp.where(is_small, _horner(_SERIES, x), xp.sin(root) / root)
-    slope = xp.where(is_small, _horner(np.polyder(_SERIES), x), (xp.cos(root) - value) / (2 * safe))
-    bend = xp.where(is_small, _horner(np.polyder(_SERIES, 2), x), -(value / 2 + 3 * slope) / (2 * safe))
-    return value, slope, bend
+    slope = (xp.cos(root) - value) / (2 * safe)
+    slope = xp.where(is_small, _horner(np.polyder(_SERIES), x), slope)
+    bend = -(value / 2 + 3 * slope) / (2 * safe)
+    return value, slope, xp.where(is_small, _horner(np.polyder(_SERIES, 2), x), bend)
 
 
 def _horner(coefficients, x):

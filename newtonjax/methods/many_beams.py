@@ -67,8 +67,8 @@ def by_profile(scene: Scene, camera: Camera, tolerance: float) -> Float[Array, "
     """
     gap, profile = gap_between(scene), profile_of(scene, camera, tolerance)
     channels = profile.channels
-    is_one_term = len(channels.lines.ratios) == 1 and len(profile.cosines) == 1 and channels.lines.are_sharp
-    if is_one_term and profile.means is None:
+    terms = len(channels.lines.ratios) * len(profile.cosines)
+    if terms == 1 and channels.lines.are_sharp and profile.means is None:
         term = Airy(*(part[0, 0, 0] for part in profile.airy))
         image = _one_term(scene, camera, gap, term)[..., None] * jnp.asarray(channels.powers[:, 0])
     else:
@@ -85,7 +85,9 @@ def profile_of(scene: Scene, camera: Camera, tolerance: float = 1e-6) -> Profile
     gap = gap_between(scene)
     xp = namespace(squares, gap.refractive_index)
     airy = airy_of(scene, (scene.wavelength / channels.lines.ratios)[:, None], squares[None])
-    count = 1 if scene.all_orders is None else harmonics_of(airy, tolerance) if is_concrete(scene) else None
+    count: int | None = 1
+    if scene.all_orders is not None:
+        count = harmonics_of(airy, tolerance) if is_concrete(scene) else None
     cosines = xp.sqrt(1 - squares / (gap.refractive_index * gap.refractive_index))
     means = gap_means(gap, camera, 1 / scene.wavelength)
     return Profile(channels, airy, _shares(scene.light, directions), cosines, count, means)

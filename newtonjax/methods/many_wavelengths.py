@@ -11,7 +11,6 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from newtonjax.fields import (
-    Beats,
     GapMeans,
     Table,
     Waveform,
@@ -20,20 +19,18 @@ from newtonjax.fields import (
     fringes_by_table,
     gap_means,
     image_in_channels,
-    means_along,
-    pixel_factors,
     table_for,
     waveform,
 )
 from newtonjax.methods.gap_paths import RANGE_POINTS, bounds_between, channels_over_source, parallel, path_range
+from newtonjax.methods.node_waves import wave_count, wave_parts
 from newtonjax.methods.pictures import AbstractPicture, one_by_one, starts
-from newtonjax.numerics import as_complex, chebyshev, cos_turns, is_concrete, module_of, namespace, sin_turns, x64
+from newtonjax.numerics import chebyshev, cos_turns, is_concrete, module_of, sin_turns, x64
 from newtonjax.scene import (
     Camera,
     Channels,
     Gap,
     Light,
-    Lines,
     Scene,
     Surface,
     channels_of,
@@ -44,10 +41,6 @@ from newtonjax.scene import (
 # Of traced numbers the range is not known: a table of so many panels, which errs by less than 1e-4 up to 200 orders.
 # Up to so many lines need none.
 _TRACED, _FEW = Table(64, over_carrier=False, error=1e-4), 8
-# At how many wavenumbers the factors of pixels are computed, by the range of wavenumbers over the mean one.
-_WAVES = ((2e-3, 1), (0.05, 2), (0.3, 4), (np.inf, 7))
-# Imaginary parts of envelopes, over the largest envelope, that are rounding.
-_REAL = 1e-12
 
 
 class Spectral(NamedTuple):
@@ -155,87 +148,6 @@ def require_points(camera: Camera, method: str) -> None:
         )
 
 
-def wave_count(lines: Lines, camera: Camera) -> int:
-    """At how many wavenumbers the factors of pixels are computed: one for a line or lines within 2e-3."""
-    reach = float(np.ptp(lines.ratios)) if is_concrete(lines) else 1.0
-    return next(number for limit, number in _WAVES if reach <= limit) if camera.takes_means else 1
-
-
-def wave_parts(lines: Lines, count: int) -> tuple[Float[Any, " parts"], Float[Any, "parts lines"]]:
-    """Wavenumbers over the mean one at which the factors of pixels are computed, and what each line takes of which.
-
-    Between these wavenumbers the factors are interpolated by polynomials.
-    """
-    xp = namespace(lines)
-    ratios, low, high = lines.ratios, lines.ratios.min(), lines.ratios.max()
-    if len(ratios) == 1 or count == 1:
-        return xp.stack([(low + high) / 2]), xp.ones((1, len(ratios)))
-    at = (low + high) / 2 + chebyshev.nodes(count) * xp.maximum(high - low, 1e-9) / 2
-    shares = []
-    for k in range(count):
-        factors = [(ratios - at[n]) / (at[k] - at[n]) for n in range(count) if n != k]
-        shares.append(xp.stack(factors).prod(axis=0))
-    return at, xp.stack(shares)
-
-
-class Waves(NamedTuple):
-    """How the factors of pixels are shared between a table and envelopes.
-
-    - `count`: of the wavenumbers for `wave_parts`; `means`: what the table has; None for nothing.
-    """
-
-    count: int
-    means: GapMeans | None
-
-
-def waves_for(beats: Beats, camera: Camera, lines: Lines, tolerance: float) -> Waves:
-    """The fewest wavenumbers that keep a tolerance of the envelopes, of known numbers.
-
-    Where the means over pixels are nearly a function of the path difference, the table has most of them, and what is
-    left hardly depends on the wavenumber. Of several pairs of beams the table has none.
-    """
-    most = wave_count(lines, camera)
-    if not camera.takes_means or len(beats.turns) != 1:
-        return Waves(most, None)
-    means = means_along(beats.turns[0], camera)
-    some = np.linspace(lines.ratios.min(), lines.ratios.max(), 2 * most)
-    sizes = abs(pixel_factors(beats.turns, camera, some)[:, 0])
-    exact = _left(beats.turns, camera, some, means)
-    for count in (number for _, number in _WAVES if number <= most):
-        ratios, shares = wave_parts(lines._replace(ratios=some), count)
-        left = _left(beats.turns, camera, ratios, means)
-        if abs((shares.T @ left[:, 0] - exact[:, 0]) * sizes).max() <= tolerance:
-            return Waves(count, means)
-    return Waves(most, None)
-
-
-def _left(turns, camera: Camera, ratios, means: GapMeans | None):
-    """The factors of pixels, over those that the table has, [waves, pairs, n]."""
-    factors = pixel_factors(turns, camera, ratios)
-    if means is None:
-        return factors
-    real, imaginary = means.of(ratios[:, None, None], turns, 1.0, 0.0)
-    return factors / (as_complex(real) + 1j * as_complex(imaginary))
-
-
-def at_nodes(
-    beats: Beats, camera: Camera, ratios: Float[Any, " parts"], means: GapMeans | None = None, rounding: float = _REAL
-) -> Float[Any, "fields n"]:
-    """Fields at nodes, smooth whatever the spectrum: background, parts of the envelopes, turns.
-
-    - `ratios`: wavenumbers at which envelopes have factors of their own, see `wave_parts`.
-    - `means`: what the table has of these factors.
-    - `rounding`: imaginary parts of so little, over the largest envelope, are 0; of known numbers.
-    """
-    xp, envelope = module_of(beats.turns), beats.envelope
-    if camera.takes_means:
-        envelope = (envelope * _left(beats.turns, camera, ratios, means)).reshape(-1, envelope.shape[-1])
-    if xp is np and abs(envelope.imag).max(initial=0.0) <= rounding * abs(envelope).max(initial=0.0):
-        envelope = envelope.real + 0j
-    turns = xp.tile(beats.turns, (len(envelope) // len(beats.turns), 1))
-    return xp.concatenate([beats.background[None], envelope.real, envelope.imag, turns])
-
-
 def turn_range(coefficients: Float[Any, "fields count count"]) -> tuple[Any, Any]:
     """Bounds of all pairs' path differences over an image [turns], of coefficients as `at_nodes` orders fields."""
     xp, pairs = module_of(coefficients), (len(coefficients) - 1) // 3
@@ -246,7 +158,7 @@ def turn_range(coefficients: Float[Any, "fields count count"]) -> tuple[Any, Any
 def on_nodes(coefficients: Float[Array, "fields count count"], scene: Scene, camera: Camera):
     """The image of traced coefficients, as `at_nodes` orders fields."""
     channels = channels_over_source(scene, camera)
-    _, parts = wave_parts(channels.lines, wave_count(channels.lines, camera))
+    _, parts = wave_parts(channels.lines, wave_count(channels.lines, camera.takes_means))
     tables = spectral(channels, *turn_range(coefficients), _TRACED, only_real=False, parts=parts)
     image = combined(chebyshev.expand(coefficients, camera.shape), tables.levels, tables.waves, over_carrier=False)
     return image if camera.response is not None else image[..., 0]

@@ -21,7 +21,8 @@ def means_error(scene: Scene, camera: Camera) -> float:
     """
     if not camera.takes_means:
         return 0.0
-    gap, wavenumber, points = gap_between(scene), 1 / float(scene.wavelength), node_points(camera, _NODES)
+    gap, wavenumber = gap_between(scene), 1 / float(scene.wavelength)
+    points = node_points(camera, _NODES)
     turns = np.broadcast_to(gap.opd(points[:, 0], points[:, 1]) * wavenumber, len(points))
     means = gap_means(gap, camera, wavenumber)
     ratios = np.asarray(channels_of(scene.light, None).lines.ratios)

@@ -37,24 +37,23 @@ from newtonjax.methods.closed_form import ClosedForm
 from newtonjax.methods.gap_paths import channels_over_source, parallel
 from newtonjax.methods.many_wavelengths import (
     InChannels,
-    Waves,
-    at_nodes,
     has_channels,
     on_nodes,
     one_line,
     spectral,
     table_of,
     turn_range,
-    wave_count,
-    wave_parts,
-    waves_for,
 )
+from newtonjax.methods.node_waves import Waves, at_nodes, of_one_direction, wave_count, wave_parts, waves_for
 from newtonjax.methods.pictures import OnNodes
+from newtonjax.methods.source_directions import error_between_directions, light_at_nodes
 from newtonjax.numerics import chebyshev, is_concrete, shown
-from newtonjax.scene import Camera, Scene, channels_of, corners, node_points, source_of
+from newtonjax.scene import Camera, Channels, Scene, channels_of, corners, node_points, source_of
 
 # Passes of a cosine: what a pixel costs for each degree of a field, and what else it costs.
 _DEGREE, _PIXEL = 0.059, 0.27
+# The most nodes to a side at which directions are compared with rays.
+_OF_DIRECTIONS = 7
 
 
 @dataclass(frozen=True, repr=False)
@@ -141,10 +140,13 @@ class Chebyshev(AbstractMethod):
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns *channels"]:
         if has_channels(scene.light, camera):
             beams = arrivals_at(parallel(scene), node_points(camera, self.nodes))
-            of_nodes = beats(beams, np.array(pairs(scene)).reshape(-1, 2), source_of(scene.light))
+            couples = np.array(pairs(scene)).reshape(-1, 2)
+            light = of_one_direction(beats(beams, couples, source_of(scene.light)))
             lines = channels_over_source(scene, camera).lines
-            ratios, _ = wave_parts(lines, wave_count(lines, camera))
-            return on_nodes(chebyshev.coefficients(at_nodes(of_nodes, camera, ratios)), scene, camera)
+            waves = Waves(wave_count(lines, camera.takes_means))
+            ratios, _ = wave_parts(lines, waves.count)
+            coefficients = chebyshev.coefficients(at_nodes(light, camera, ratios, waves))
+            return on_nodes(coefficients, scene, camera)
         of_fields = synthesize_single if self.dtype == "float32" else synthesize
         return of_fields(self.coefficients(self.fields(scene, camera)), camera.shape)
 
@@ -163,30 +165,24 @@ class Chebyshev(AbstractMethod):
         """
         return self._nodes_and_waves(scene, camera)[0]
 
-    def _nodes_and_waves(self, scene: Scene, camera: Camera) -> tuple[Float[np.ndarray, "fields nodes nodes"], Waves]:
-        bench = packed.pack(parallel(scene))
-        of_nodes = beats(packed.node_arrivals(bench, camera, self.nodes), bench.pairs, bench.source)
-        if not of_nodes.arrives.all():
+    def _nodes_and_waves(self, scene: Scene, camera: Camera) -> tuple[Any, Waves]:
+        light = light_at_nodes(scene, camera, self.nodes)
+        if not light.arrives.all():
             raise unreached(self)
-        lines = channels_over_source(scene, camera).lines
+        lines = _channels(scene, camera, self.table_error).lines
         # Of the amplitude, and so half as much of the peak: with the table's own they stay within `table_error` of it.
-        allowance = 0.5 * self.table_error
-        waves = waves_for(of_nodes, camera, lines, allowance)
+        waves = waves_for(light, camera, lines, 0.5 * self.table_error)
         ratios, _ = wave_parts(lines, waves.count)
-        rounding = {} if waves.means is None else {"rounding": allowance}
-        return chebyshev.coefficients(at_nodes(of_nodes, camera, ratios, waves.means, **rounding)), waves
+        return chebyshev.coefficients(at_nodes(light, camera, ratios, waves)), waves
 
     def _in_channels(self, scene: Scene, camera: Camera) -> InChannels:
-        (coefficients, waves), pairs = (
-            self._nodes_and_waves(scene, camera),
-            len(scene.beams) * (len(scene.beams) - 1) // 2,
-        )
-        channels, (low, high) = channels_over_source(scene, camera, 0.1 * self.table_error), turn_range(coefficients)
+        coefficients, waves = self._nodes_and_waves(scene, camera)
+        channels = _channels(scene, camera, self.table_error)
+        low, high = turn_range(coefficients)
         _, parts = wave_parts(channels.lines, waves.count)
         table = table_of(channels, low, high, self.table_error)
-        many = waves.count * pairs
-        is_real = not coefficients[1 + many : 1 + 2 * many].any()
-        only_real = is_real and not table.over_carrier
+        many = (len(coefficients) - 1) // 3
+        only_real = not (table.over_carrier or coefficients[1 + many : 1 + 2 * many].any())
         tables = spectral(channels, low, high, table, only_real=only_real, parts=parts, means=waves.means)
         result = "float32" if is_single() else "float64"
         has_response = camera.response is not None
@@ -223,5 +219,19 @@ class Chebyshev(AbstractMethod):
         phase, intensity = error_from_nodes(self.fields(one_line(scene), camera), self.nodes)
         if not has_channels(scene.light, camera):
             return ErrorEstimate(phase, intensity)
+        if scene.light.extent is not None:
+            intensity += self.error_between_directions(scene, camera)
         stretch = channels_of(scene.light, None).lines.ratios.max()
         return ErrorEstimate(phase * stretch, intensity * stretch + self.table_error)
+
+    def error_between_directions(self, scene: Scene, camera: Camera) -> float:
+        """What a source that is no point adds to the error: rays are traced in a few of its directions."""
+        return error_between_directions(scene, camera, min(self.nodes, _OF_DIRECTIONS))
+
+
+def _channels(scene: Scene, camera: Camera, tolerance: float) -> Channels:
+    """What tables hold of a known light: its lines, and the cells of a map."""
+    extent = scene.light.extent
+    if extent is None or extent.radiances is None:
+        return channels_of(scene.light, camera.response)
+    return channels_over_source(scene, camera, 0.1 * tolerance)

@@ -130,21 +130,21 @@ def planned(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> tuple[Plan
 
 
 def _over_source(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, AbstractPicture]:
-    """By the profile of the gap where it keeps the tolerance; else a sum of images over directions.
+    """By the profile of the gap, or envelopes of all directions at nodes, where they keep the tolerance.
 
-    Raises ValueError where that would take too many.
+    Else a sum of images over directions. Raises ValueError where that would take too many.
     """
     if ClosedForm().refusal(scene) is None:
         if scene.all_orders is not None:
             return _all_orders(scene, camera, tolerance)
-        error = error_of_profile(scene, camera)
-        if error <= 0.5 * tolerance and camera.takes_means:
-            chosen, _ = _in_channels(scene, camera, tolerance - error)
-            chosen = replace(chosen, intensity_error=chosen.intensity_error + error)
-            return _with_picture(chosen, camera)
-        method = ClosedForm(_OF_TABLES * tolerance)
-        if error <= 0.5 * tolerance and (of_formula := method.error(scene, camera)).intensity <= tolerance:
-            return _with_picture(Plan(method, scene, (), *of_formula, PlanReason.FOCUSED_ON_GAP()), camera)
+        chosen, picture = _in_channels(scene, camera, 0.5 * tolerance)
+        error = np.inf
+        if isinstance(chosen.method, ClosedForm):
+            error = error_of_profile(scene, camera)
+        elif isinstance(chosen.method, Chebyshev) and scene.light.extent.radiances is None:
+            error = chosen.method.error_between_directions(scene, camera)
+        if error <= 0.5 * tolerance:
+            return replace(chosen, intensity_error=chosen.intensity_error + error), picture
     return _sum_over_source(scene, camera, tolerance)
 
 
@@ -196,7 +196,7 @@ def _in_channels(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, 
     table_error = (_OF_MEANS if camera.takes_means else _OF_TABLES) * tolerance
     points, line = replace(camera, response=None, aperture=None, blur=None), one_line(scene)
     chosen, _ = planned(line, points, (tolerance - table_error) / stretch)
-    if camera.takes_means:
+    if camera.takes_means or scene.light.extent is not None:
         chosen = _resolving_means(chosen, scene, camera, (tolerance - table_error) / stretch, table_error)
     method = chosen.method
     if isinstance(method, Chebyshev | ClosedForm):
