@@ -14,7 +14,6 @@ have their mean over all directions.
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
 
 from newtonjax.numerics import Scalar, namespace
 from newtonjax.scene import Camera, Gap, gap_slopes

@@ -19,12 +19,12 @@ def means_error(scene: Scene, camera: Camera) -> float:
     Against what the local slope and bend of the path difference make of them at nodes, to first order in the bend; the
     second is added. 0 for pixels that are points.
     """
-    if not camera.takes_means:
-        return 0.0
     gap, wavenumber = gap_between(scene), 1 / float(scene.wavelength)
+    means = gap_means(gap, camera, wavenumber)
+    if means is None:
+        return 0.0
     points = node_points(camera, _NODES)
     turns = np.broadcast_to(gap.opd(points[:, 0], points[:, 1]) * wavenumber, len(points))
-    means = gap_means(gap, camera, wavenumber)
     ratios = np.asarray(channels_of(scene.light, None).lines.ratios)
     waves = np.unique([ratios.min(), 1.0, ratios.max()])
     bent = bending_error(chebyshev.coefficients(turns[None]), camera) * waves.max() ** 2

@@ -46,7 +46,8 @@ class NodeLight(NamedTuple):
 
 def of_one_direction(beats: Beats) -> NodeLight:
     """The light of parallel beams."""
-    return NodeLight(*(part[None] for part in beats), np.ones(1))
+    background, envelope, turns, arrives = (part[None] for part in beats)
+    return NodeLight(background, envelope, turns, arrives, np.ones(1))
 
 
 def _in_table(means: GapMeans | None, ratios, turns) -> Any:
@@ -82,11 +83,11 @@ def wave_parts(lines: Lines, count: int) -> tuple[Float[Any, " parts"], Float[An
 class Waves(NamedTuple):
     """How what pixels leave of the fringes is shared between a table and envelopes.
 
-    - `count`: of the wavenumbers for `wave_parts`; `means`: what the table has; None for nothing.
+    - `number`: of the wavenumbers for `wave_parts`; `means`: what the table has; None for nothing.
     - `rounding`: imaginary parts of so little, over the largest envelope, are 0.
     """
 
-    count: int
+    number: int
     means: GapMeans | None = None
     rounding: float = _REAL
 

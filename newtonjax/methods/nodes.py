@@ -144,7 +144,7 @@ class Chebyshev(AbstractMethod):
             light = of_one_direction(beats(beams, couples, source_of(scene.light)))
             lines = channels_over_source(scene, camera).lines
             waves = Waves(wave_count(lines, camera.takes_means))
-            ratios, _ = wave_parts(lines, waves.count)
+            ratios, _ = wave_parts(lines, waves.number)
             coefficients = chebyshev.coefficients(at_nodes(light, camera, ratios, waves))
             return on_nodes(coefficients, scene, camera)
         of_fields = synthesize_single if self.dtype == "float32" else synthesize
@@ -172,14 +172,14 @@ class Chebyshev(AbstractMethod):
         lines = _channels(scene, camera, self.table_error).lines
         # Of the amplitude, and so half as much of the peak: with the table's own they stay within `table_error` of it.
         waves = waves_for(light, camera, lines, 0.5 * self.table_error)
-        ratios, _ = wave_parts(lines, waves.count)
+        ratios, _ = wave_parts(lines, waves.number)
         return chebyshev.coefficients(at_nodes(light, camera, ratios, waves)), waves
 
     def _in_channels(self, scene: Scene, camera: Camera) -> InChannels:
         coefficients, waves = self._nodes_and_waves(scene, camera)
         channels = _channels(scene, camera, self.table_error)
         low, high = turn_range(coefficients)
-        _, parts = wave_parts(channels.lines, waves.count)
+        _, parts = wave_parts(channels.lines, waves.number)
         table = table_of(channels, low, high, self.table_error)
         many = (len(coefficients) - 1) // 3
         only_real = not (table.over_carrier or coefficients[1 + many : 1 + 2 * many].any())

@@ -92,8 +92,13 @@ def light_at_nodes(scene: Scene, camera: Camera, nodes: int) -> NodeLight:
 
 
 def error_between_directions(scene: Scene, camera: Camera, nodes: int) -> float:
-    """What polynomials between the directions of `light_at_nodes` err by over the peak, against rays at the rim."""
-    sine, rim = float(scene.light.extent.sine), np.array(_RIM)
+    """What polynomials between the directions of `light_at_nodes` err by over the peak, against rays at the rim.
+
+    Infinite of a map, in whose light fringes are those of its mean direction.
+    """
+    if scene.light.extent is not None and scene.light.extent.radiances is not None:
+        return np.inf
+    sine, rim = _sine(scene), np.array(_RIM)
     x, y = sine * np.cos(rim), sine * np.sin(rim)
     few = [_beats(tilted(scene, tilt), camera, nodes) for tilt in _few_tilts(scene)]
     matrix = _between(scene, x, y)
@@ -116,13 +121,18 @@ def _beats(scene: Scene, camera: Camera, nodes: int) -> Beats:
 
 def _few_tilts(scene: Scene) -> list[Any]:
     """Tilts of the light [rad] from a grid of directions about its source."""
-    frame, at = launch_frame(scene.light), nodes_of(_SIDE) * float(scene.light.extent.sine)
+    frame, at = launch_frame(scene.light), nodes_of(_SIDE) * _sine(scene)
     return [tilt_towards(frame, x, y) for x in at for y in at]
+
+
+def _sine(scene: Scene) -> float:
+    extent = scene.light.extent
+    return 0.0 if extent is None else float(extent.sine)
 
 
 def _between(scene: Scene, x, y) -> Float[np.ndarray, "directions few"]:
     """From values in the directions of `_few_tilts` to those in others."""
-    sine = float(scene.light.extent.sine) or 1.0
+    sine = _sine(scene) or 1.0
     of_x, of_y = (chebvander(at / sine, _SIDE - 1) @ chebyshev.analysis(_SIDE) for at in (x, y))
     return (of_x[:, :, None] * of_y[:, None, :]).reshape(len(x), -1)
 

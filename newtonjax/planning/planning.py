@@ -141,7 +141,7 @@ def _over_source(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, 
         error = np.inf
         if isinstance(chosen.method, ClosedForm):
             error = error_of_profile(scene, camera)
-        elif isinstance(chosen.method, Chebyshev) and scene.light.extent.radiances is None:
+        elif isinstance(chosen.method, Chebyshev):
             error = chosen.method.error_between_directions(scene, camera)
         if error <= 0.5 * tolerance:
             return replace(chosen, intensity_error=chosen.intensity_error + error), picture

@@ -84,6 +84,29 @@ def test_the_sum_over_directions_of_any_bench_is_that_of_ten_thousand():
     np.testing.assert_allclose(image, expected, atol=5e-6 * float(expected.max()))
 
 
+@pytest.mark.parametrize("options", [{"screen": "gap"}, {"screen": "gap", "gap": 8e-6}])
+def test_nodes_hold_the_sum_over_a_disc(options):
+    camera, method = nj.Camera((5, 4), 0.6e-3), nj.Chebyshev(7, table_error=1e-6)
+    scene = nj.newton_rings(0.1545, light="sodium", angular_radius=0.01, **options)
+
+    def lit_from(tilt):
+        light = replace(scene.light, tilt=tilt, extent=None)
+        return nj.render(replace(scene, light=light), camera, method)
+
+    # Even in the squared sine; midpoints of 25 of its steps and 40 azimuths.
+    radii = 0.01 * np.sqrt((np.arange(25) + 0.5) / 25)[:, None]
+    angles = 2 * np.pi * (np.arange(40) + 0.5) / 40
+    tilts = jnp.stack([(radii * np.cos(angles)).ravel(), (radii * np.sin(angles)).ravel()], axis=1)
+    with jax.enable_x64(True):
+        expected = jax.lax.map(lit_from, tilts, batch_size=250).mean(axis=0)
+        image = nj.render(scene, camera, method)
+        stated = method.error(scene, camera).intensity
+    error = float(jnp.abs(image - expected).max() / expected.max())
+    assert error <= min(1e-4, stated + 1e-6)
+    of_one_direction = nj.render(parallel(scene), camera, method)
+    assert float(jnp.abs(of_one_direction - expected).max()) > 1e-3 * float(expected.max())
+
+
 def test_a_plan_takes_the_profile_of_the_gap_or_a_sum_over_directions_and_keeps_its_tolerance():
     for options, kind in (({}, nj.ClosedForm), ({"screen": 0.01}, nj.OverSource)):
         scene = nj.newton_rings(1.0, WAVELENGTH, 1e-6, angular_radius=2e-3, **options)

@@ -98,6 +98,24 @@ def test_tables_of_the_gap_hold_the_means_over_pixels(options, aperture, blur, t
     assert np.abs(image - expected).max() <= stated * expected.max()
 
 
+@pytest.mark.parametrize(("aperture", "blur"), [(1.0, None), (1.0, 1.0)])
+@pytest.mark.parametrize("options", [{"angular_radius": 0.01}, {"screen": 2e-3}, {"light": "mercury"}])
+def test_what_a_plan_states_bounds_what_means_and_sources_err_by(options, aperture, blur):
+    # 1.4 mm beside the centre of a steep lens: fringes 14 pixels wide, of which rays know more than the gap does.
+    scene = nj.newton_rings(0.1545, **({"light": "sodium"} | options))
+    camera = nj.Camera((16, 20), 4e-6, centre_px=(-300.0, -180.0))
+    reference = nj.Chebyshev(9, table_error=1e-7)
+    if "angular_radius" in options:
+        reference = nj.OverSource(reference, 2)
+    expected = supersampled(scene, camera, 15, blur or 0.0, reference)
+    means = replace(camera, aperture=aperture, blur=blur)
+    plan = nj.plan(scene, means)
+    assert isinstance(plan.method, nj.Chebyshev)
+    error = np.abs(np.asarray(nj.render(scene, means)) - expected).max() / expected.max()
+    assert error <= min(plan.intensity_error, 1e-3)
+    assert np.abs(np.asarray(nj.render(scene, camera)) - expected).max() > 3e-3 * expected.max()
+
+
 def test_a_blurred_parabola_is_exact_however_strong_the_blur():
     # The faces' parabola bends by 0.04 turns per pixel²; sums over its exact phase with the weights of the blur.
     wavelength, pixel, blur, radius = 500e-9, 40e-6, 2.0, 0.16
