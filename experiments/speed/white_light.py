@@ -1,4 +1,4 @@
-"""Claim: white light in three channels costs at most four plain images, blurred six; a sum over its lines 60 times that.
+"""Claim: white light in three channels costs at most four plain images, blurred six; a NumPy sum 60 times that.
 
 Its gradients cost at most fifteen; two lines from a disc of 0.57 degrees, blurred, over the areas of pixels, three.
 All orders between coated faces cost at most two: of finesse 100, and of 20 harmonics (1e-6 of the fringes).
