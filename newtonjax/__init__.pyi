@@ -34,6 +34,7 @@ from newtonjax.scene import Spectrum as Spectrum
 from newtonjax.scene import Surface as Surface
 from newtonjax.scene import Zernike as Zernike
 from newtonjax.scene import black_body as black_body
+from newtonjax.scene import camera_response as camera_response
 from newtonjax.scene import choose_beams as choose_beams
 from newtonjax.scene import cie_1931 as cie_1931
 from newtonjax.scene import coating as coating

@@ -50,6 +50,35 @@ def responses(shift_nm: np.ndarray | None = None, crosstalk: float = 0.0) -> np.
     return (1 - crosstalk) * curves + crosstalk * curves.mean(axis=0)
 
 
+def overlapping_responses() -> np.ndarray:
+    """Response of a camera of another kind, whose channels overlap as those of stacked photodiodes [3, 401]."""
+    bumps = (
+        ((1.0, 600.0, 60.0), (0.5, 500.0, 60.0)),
+        ((1.0, 540.0, 60.0), (0.4, 620.0, 50.0)),
+        ((1.0, 490.0, 50.0), (0.5, 570.0, 60.0)),
+    )
+    at = WAVELENGTHS / NM
+    return np.stack([sum(share * np.exp(-0.5 * ((at - m) / w) ** 2) for share, m, w in rows) for rows in bumps])
+
+
+def changed(curves: np.ndarray, powers: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Responses times exp(tilt x - curvature x²), x in 50 nm from each channel's mean under a lamp, both 0.3 (sd)."""
+    taken = curves * powers
+    x = (WAVELENGTHS - (taken @ WAVELENGTHS / taken.sum(axis=1))[:, None]) / 50e-9
+    tilt, curvature = rng.normal(0, 0.3, (2, len(curves), 1))
+    return curves * np.exp(tilt * x - curvature * x**2)
+
+
+def banded_light(lamp: str) -> np.ndarray:
+    """Powers [401] of "led" or "white", of "halogen" (a black body of 2856 K), "filtered" (white behind 60 nm)."""
+    at = WAVELENGTHS / NM
+    if lamp == "halogen":
+        return (560 / at) ** 5 / np.expm1(1.4388e7 / (at * 2856))
+    if lamp == "filtered":
+        return spectrum("white")[1] * np.exp(-4 * np.log(2) * ((at - 520) / 60) ** 2)
+    return spectrum(lamp)[1]
+
+
 def arc(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Spectrum of a mercury arc of its own pressure: each line's power is off by a fifth or so."""
     wavelengths, powers = spectrum("mercury")

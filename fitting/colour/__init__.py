@@ -1,4 +1,4 @@
-"""Rings in the channels of a colour photograph: one geometry, and a waveform of several lines for each channel."""
+"""Rings in the channels of a colour photograph: one geometry, and for each channel the waveform of its light."""
 
 from newtonjax.doors import door
 

@@ -1,9 +1,11 @@
-"""Rings in the channels of a colour photograph: one geometry, and a waveform of several lines for each channel."""
+"""Rings in the channels of a colour photograph: one geometry, and for each channel the waveform of its light."""
 
 from fitting.colour.colour_reasons import ColourReason as ColourReason
 from fitting.colour.evidence import BANDS_ALONE as BANDS_ALONE
 from fitting.colour.evidence import ONE_LINE as ONE_LINE
 from fitting.colour.evidence import odds_of_lamps as odds_of_lamps
+from fitting.colour.given_fit import misfit as misfit
+from fitting.colour.given_light import Curves as Curves
 from fitting.colour.images import fitted_images as fitted_images
 from fitting.colour.measuring import ColourFit as ColourFit
 from fitting.colour.measuring import gap_at_centre as gap_at_centre

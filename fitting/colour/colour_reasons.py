@@ -23,6 +23,16 @@ class ColourReason(Wording):
         "these are not the rings of {lines} nm: the lines of {best} explain them better (odds of e^{odds:.0f}); give "
         "light={best!r} (--light {best}) if this was the lamp"
     )
+    OTHER_CURVES = (
+        "these are not the rings of this lamp under this camera: with their curves changed by {change:.1f} times what "
+        "is expected, {share:.1e} of the fringes' variance is left over beyond noise, and a radius would be off by 1 "
+        "to 13 %; give the curves of this lamp and this camera, or one wavelength with its standard deviation"
+    )
+    CURVES_OFF = (
+        "the curves of lamp and camera are not quite those of the rings: changed by {change:.1f} times what is "
+        "expected, they leave {share:.1e} of the fringes' variance beyond noise; {sd:.1%} of the wavelengths is in the "
+        "budget"
+    )
     FURTHER_LINES = (
         "a lamp of {lamp} has further lines, which the channels of this photograph see: with all of them the fringe "
         "scale changes by {change:.1%}, which is in the budget; give light={lamp!r} (--light {lamp}) for the radius by "

@@ -9,7 +9,7 @@ from fitting.colour.palette import Palette
 from fitting.colour.profiles import Profiles
 from fitting.colour.solver import ALWAYS_FREE, Optimum, Problem, optimum
 from fitting.colour.starts import Start, starts
-from fitting.colour.waveform import Curve, View
+from fitting.colour.waveform import Curve, Light, View
 
 # Starts that are followed, and steps after which the best of them goes on alone.
 _FOLLOWED, _ROUGH = 3, 8
@@ -61,22 +61,28 @@ def best_fit(
     channels: tuple[int, ...],
 ) -> LampFit:
     """The best curve of a palette with lines; `scale`: of the search's rings [turns per px²]."""
-    candidates = starts(profiles, palette.middles, scale, view)
+    return followed(profiles, palette, starts(profiles, palette.middles, scale, view), view, channels)
+
+
+def followed(
+    profiles: Profiles,
+    light: Light,
+    candidates: list[Start],
+    view: View,
+    channels: tuple[int, ...],
+    most: int = _FOLLOWED,
+) -> LampFit:
+    """The best curve of a light next to the likeliest of the candidates, at `most` so many."""
     rate = np.exp(candidates[0].curve.log_rate)
     outer = profiles.within(_INNERMOST / rate, np.inf)
-    problem = Problem(outer, palette, view, channels, outer.noise, free=free_under(palette))
-    return _followed(problem, candidates)
+    free = (*ALWAYS_FREE, *light.free(channels))
+    return _best(Problem(outer, light, view, channels, outer.noise, free=free), candidates, most)
 
 
-def free_under(palette: Palette) -> tuple[str, ...]:
-    """Names of a curve's numbers that are free under a light."""
-    return (*ALWAYS_FREE, "balance") if palette.tilt.any() else ALWAYS_FREE
-
-
-def _followed(problem: Problem, candidates: list[Start]) -> LampFit:
+def _best(problem: Problem, candidates: list[Start], most: int) -> LampFit:
     """The best of the optima next to the candidates; the channels weighed by what they leave over."""
     ranked = sorted(candidates, key=lambda start: _square(problem, start.curve))
-    optima = [optimum(problem, start.curve, _ROUGH) for start in ranked[:_FOLLOWED]]
+    optima = [optimum(problem, start.curve, _ROUGH) for start in ranked[:most]]
     return weighed(problem, min(optima, key=lambda best: best.chi2).curve)
 
 

@@ -9,11 +9,13 @@ from jaxtyping import Float
 
 from fitting.colour.blocks import Blocks, blocks_of
 from fitting.colour.geometry import Placed, place
+from fitting.colour.given_fit import best_given_fit, with_likeness
+from fitting.colour.given_light import Curves, given_light
 from fitting.colour.lamp_fit import LampFit, best_fit, weighed
 from fitting.colour.palette import Lines, of_lamp
 from fitting.colour.profiles import Profiles, profiles_of
 from fitting.colour.scatter import deviation_of_rate
-from fitting.colour.solver import optimum
+from fitting.colour.solver import ALWAYS_FREE, optimum
 from fitting.colour.variants import Variant, spread_among, variants_of
 from fitting.colour.waveform import View, gaps
 from fitting.photo import Photograph, Rings
@@ -100,10 +102,20 @@ def rings_in(
     return Rings1D(blocks, placed, profiles, view, rings.scale, channels)
 
 
-def fit_lamp(rings: Rings1D, lines: Lines) -> tuple[LampFit, tuple[int, ...]]:
-    """The best curve of light of these lines and bands; and the channels whose brightest rings are clipped."""
-    palette = of_lamp(lines, rings.scale * float(rings.profiles.squares.max()))
-    plain = best_fit(rings.profiles, palette, rings.scale, rings.view, rings.channels)
+def fit_light(rings: Rings1D, light: Lines | Curves) -> tuple[LampFit, tuple[int, ...]]:
+    """The best curve of lines and bands, or of given curves; and the channels whose brightest rings are clipped."""
+    turns = rings.scale * float(rings.profiles.squares.max())
+    if isinstance(light, Lines):
+        palette = of_lamp(light, turns)
+        return _unclipped(rings, best_fit(rings.profiles, palette, rings.scale, rings.view, rings.channels))
+    in_channels = given_light(light, turns)
+    plain = best_given_fit(rings.profiles, in_channels, rings.scale, rings.view, rings.channels)
+    fit, clipped = _unclipped(rings, plain)
+    return with_likeness(fit), clipped
+
+
+def _unclipped(rings: Rings1D, plain: LampFit) -> tuple[LampFit, tuple[int, ...]]:
+    """A fit without the rings that are clipped, and the channels that have such."""
     profiles = plain.problem.profiles
     below = profiles.below(np.full(len(rings.channels), _HIGH)).weight.sum(axis=1)
     high = np.where(below > _BELOW * profiles.weight.sum(axis=1), _HIGH, np.inf)
@@ -126,9 +138,9 @@ def weighed_on(problem, plain: LampFit) -> Float[np.ndarray, " channels"]:
     return np.mean(weight * (means - np.stack(models)) ** 2, axis=1)
 
 
-def measure(rings: Rings1D, lines: Lines) -> ColourFit:
-    """One curve for all channels under light of these lines, with its standard deviation and its rivals."""
-    fit, clipped = fit_lamp(rings, lines)
+def measure(rings: Rings1D, light: Lines | Curves) -> ColourFit:
+    """One curve for all channels under light of these lines or curves, with its standard deviation and its rivals."""
+    fit, clipped = fit_light(rings, light)
     deviation = deviation_of_rate(fit.problem, fit.optimum)
     by_channel = [_alone(fit, k) for k in range(len(rings.channels))]
     return ColourFit(rings, fit, deviation, variants_of(fit, deviation), by_channel, clipped)
@@ -143,6 +155,7 @@ def _alone(fit: LampFit, number: int) -> ChannelRate:
         profiles=problem.profiles.channel(number),
         channels=problem.channels[part],
         variances=problem.variances[part],
+        free=(*ALWAYS_FREE, *problem.palette.free(problem.channels[part])),
     )
     best = optimum(one_channel, fit.optimum.curve)
     return ChannelRate(problem.channels[number], best.curve.log_rate, deviation_of_rate(one_channel, best))

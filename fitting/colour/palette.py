@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from fitting.colour.waveform import Curve
 from newtonjax.scene import LAMPS, PROFILES, Spectrum
 
 # Lines weaker than this over the strongest are not looked for: lamps' catalogued strengths are rough.
@@ -13,6 +14,8 @@ _WEAKEST = 0.03
 _LINE = 2e-9
 # Bands of phosphors, continua and filters, as a non-negative sum of Gaussian ones: middles and full width [m].
 BANDS, BAND_WIDTH = np.arange(400e-9, 721e-9, 20e-9), 45e-9
+# Full widths of bands that do as well [m].
+_OTHER_WIDTHS = (30e-9, 70e-9)
 # Lines that part by less over all rings [turns] are one; standard deviation of its mean over the rms of its lines: what
 # a thin vapour (2 : 1 of sodium) and a dense one (1 : 1) make of them.
 _TOLD_APART, _RATIO_SD = 0.25, 0.2
@@ -47,11 +50,24 @@ class Palette(NamedTuple):
         """Mean wavelengths of the components that are lines [m]."""
         return self.wavelengths @ self.shares[:, : self.lines]
 
+    def free(self, _channels: tuple[int, ...], /) -> tuple[str, ...]:
+        """Names of the curve's numbers that change the light."""
+        return ("balance",) if self.tilt.any() else ()
+
+    def shares_in(self, curve: Curve, _channel: int, /) -> Float[np.ndarray, "waves components"]:
+        """Of the waves in each component, alike in all channels."""
+        return self.shares + curve.balance * self.tilt
+
+    def variants(self) -> dict[str, "Palette"]:
+        """Other palettes that do as well, by name: with narrower and wider bands."""
+        return {f"bands of {1e9 * width:.0f} nm": with_bands(self, width) for width in _OTHER_WIDTHS}
+
 
 def lines_of(spectrum: Spectrum) -> Lines:
     """The lines of a light that a photograph may show; none of a continuous one."""
     wavelengths, weights = np.asarray(spectrum.wavelengths, float), np.asarray(spectrum.weights, float)
-    sharp = np.ones(len(weights), bool)
+    # What is sampled has samples in place of lines.
+    sharp = np.full(len(weights), spectrum.triangle is None)
     for profile in PROFILES:
         if (width := getattr(spectrum, profile)) is not None:
             sharp &= np.asarray(width) < _LINE

@@ -46,7 +46,11 @@ class Profiles:
     @property
     def noise(self) -> Float[np.ndarray, " channels"]:
         """Variance of a block of weight 1 by fourth differences of the means, of which rings leave little."""
-        squares = self.weight[:, 2:-2] * np.diff(self.means, 4, axis=1) ** 2
+        return self.noise_of(self.means)
+
+    def noise_of(self, means: Float[np.ndarray, "channels bins"]) -> Float[np.ndarray, " channels"]:
+        """Variance of a block of weight 1 by fourth differences of other means."""
+        squares = self.weight[:, 2:-2] * np.diff(means, 4, axis=1) ** 2
         return np.maximum(np.median(squares, axis=1), 1e-12) / (_FOURTH * _MEDIAN)
 
     def within(self, low: float, high: float) -> "Profiles":

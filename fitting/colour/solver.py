@@ -4,17 +4,18 @@ Variable projection (G. H. Golub and V. Pereyra, SIAM J. Numer. Anal. 10, 413 (1
 the amplitudes cannot be negative.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
 from fitting.colour.amplitudes import Channel, background, solve
-from fitting.colour.palette import Palette
 from fitting.colour.profiles import Profiles
-from fitting.colour.waveform import PRIORS, STEPS, Curve, View, waves
+from fitting.colour.waveform import PRIORS, STEPS, Curve, Light, View, fringes
 
+# Fringes that are remembered: of one curve in three channels, and of those beside it.
+_REMEMBERED = 6
 # Numbers of a curve that every fit frees.
 ALWAYS_FREE = ("log_rate", "offset", "blur")
 _ITERATIONS, _TRIALS, _STILL = 20, 7, 1e-7
@@ -30,27 +31,35 @@ class Problem:
     """
 
     profiles: Profiles
-    palette: Palette
+    palette: Light
     view: View
     channels: tuple[int, ...]
     variances: Float[np.ndarray, " channels"]
     degree: int = 3
     free: tuple[str, ...] = ALWAYS_FREE
+    _fringes: dict[tuple[float, ...], Float[np.ndarray, "bins waves"]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     def solved(self, curve: Curve) -> list[Channel]:
         """Amplitudes and residuals of the channels."""
         profiles, answers = self.profiles, []
         smooth = background(profiles.squares, self.degree)
         means, weight = profiles.means, profiles.weight
-        by_size: dict[float, np.ndarray] = {}
         for k, channel in enumerate(self.channels):
-            # Channels of one magnification have their waves in common.
-            size = curve.magnification(channel)
-            if size not in by_size:
-                by_size[size] = waves(self.palette, curve, profiles.squares, profiles.width, channel, self.view)
-            columns = by_size[size]
+            columns = self._fringes_of(curve, channel) @ self.palette.shares_in(curve, channel)
             answers.append(solve(columns, smooth, means[k], weight[k] / self.variances[k]))
         return answers
+
+    def _fringes_of(self, curve: Curve, channel: int) -> Float[np.ndarray, "bins waves"]:
+        """Of each wave: channels of one size and blur have them in common, and so have curves of other light alone."""
+        key = curve.geometry(channel)
+        if key not in self._fringes:
+            if len(self._fringes) >= _REMEMBERED:
+                self._fringes.pop(next(iter(self._fringes)))
+            squares, width = self.profiles.squares, self.profiles.width
+            self._fringes[key] = fringes(self.palette, curve, squares, width, channel, self.view)
+        return self._fringes[key]
 
     def residual(self, curve: Curve) -> Float[np.ndarray, " rows"]:
         """Of all bins and priors, in standard deviations."""

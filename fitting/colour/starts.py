@@ -31,7 +31,7 @@ def starts(profiles: Profiles, lines: Float[np.ndarray, " lines"], scale: float,
     """The most likely curves of light of these lines; `scale`: of the search's rings [turns per px²]."""
     lines = _merged(lines)
     inner = profiles.within(0.0, _RINGS / scale)
-    rates = _rates(lines, scale, float(inner.squares.max()))
+    rates = rates_about(lines, scale, float(inner.squares.max()))
     fits = [_free_phases(inner, lines, rate) for rate in rates]
     squares = np.array([square for square, _ in fits])
     order = [at for at in np.argsort(squares) if squares[at] == squares[max(0, at - 2) : at + 3].min()]
@@ -49,7 +49,7 @@ def _merged(lines: np.ndarray) -> np.ndarray:
     return np.array([group.mean() for group in np.split(ordered, cuts)])
 
 
-def _rates(lines: np.ndarray, scale: float, rim: float) -> np.ndarray:
+def rates_about(lines: np.ndarray, scale: float, rim: float) -> np.ndarray:
     """Rates [m per px²] about those that make the rings one line's."""
     turns = max(scale * rim, 1.0)
     steps = max(int(np.ceil(_REACH * turns / _TURNS)), 4)

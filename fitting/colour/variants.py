@@ -6,11 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from fitting.colour.lamp_fit import LampFit, variances_of
-from fitting.colour.palette import with_bands
 from fitting.colour.solver import Problem, optimum
 
-# Widths of bands [m] besides the usual one, and degrees of the background.
-_BANDS, _DEGREES = (30e-9, 70e-9), (2, 5)
+# Degrees of the background besides the usual one.
+_DEGREES = (2, 5)
 # Gap from which on rings are taken [m], where so many bins remain; and share of the rings that are taken.
 _INNER, _FEWEST, _OUTER = 0.8e-6, 150, 0.7
 # A model that leaves so many times as much is none.
@@ -67,9 +66,7 @@ def spread_among(variants: list[Variant], deviation: float) -> float:
 def _problems(fit: LampFit) -> dict[str, Problem]:
     base = fit.problem
     rate, squares = np.exp(fit.optimum.curve.log_rate), base.profiles.squares
-    problems = {
-        f"bands of {1e9 * width:.0f} nm": replace(base, palette=with_bands(base.palette, width)) for width in _BANDS
-    }
+    problems = {name: replace(base, palette=light) for name, light in base.palette.variants().items()}
     problems |= {f"background of degree {degree}": replace(base, degree=degree) for degree in _DEGREES}
     inner = base.profiles.within(_INNER / rate, np.inf)
     if len(inner.squares) > _FEWEST:

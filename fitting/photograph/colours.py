@@ -1,22 +1,13 @@
-"""The result of a fit of all channels under light of several lines."""
+"""The result of a fit of all channels under light of several lines, or of given curves."""
 
 from typing import Any
 
 import numpy as np
 
-from fitting.colour import (
-    BANDS_ALONE,
-    ONE_LINE,
-    ColourFit,
-    ColourReason,
-    fitted_images,
-    gap_at_centre,
-    measure,
-    odds_of_lamps,
-    rings_in,
-)
+from fitting.colour import ColourFit, ColourReason, fitted_images, gap_at_centre, measure, rings_in
 from fitting.parameters import EXPONENTS, TABLE, Parameter, interval
 from fitting.photo import Photograph, Rings, read_channels
+from fitting.photograph.light_verdict import LightVerdict, verdict_on_light
 from fitting.photograph.light_words import LampLight
 from fitting.photograph.picture import DrawnPicture
 from fitting.photograph.result import FitResult
@@ -24,9 +15,7 @@ from fitting.photograph.task import Task
 from fitting.reasons import Reason
 
 _NAMES = {"red": 0, "green": 1, "blue": 2, "grey": 1}
-# Odds (natural logarithm) that lines need over bands alone, and several lines over a single one; and at which another
-# lamp is believed instead.
-_LEAST_ODDS, _SEVERAL_LINES, _OTHER_LAMP = 5.0, 40.0, 30.0
+_CURVES = "lamp and camera curves"
 # Channels by themselves that scatter so many times as their noise.
 _SCATTERED = 3.0
 _CERTAIN = 0.99
@@ -41,20 +30,31 @@ def fit_channels(task: Task, rings: Rings, light: LampLight, arguments: dict[str
     """One radius, pixel size or fringe scale of all channels; `task` has the light's reference for a wavelength."""
     source, transfer, mask, page = (arguments[name] for name in ("image", "transfer", "mask", "page"))
     channels = read_channels(source, transfer, mask, page)
+    _check_response(channels, light)
     photographs = with_light(channels)
     fit = measured_under(task, rings, photographs, light)
+    verdict = verdict_on_light(fit, rings.scale, light)
+    of_photograph = [*task.photograph.warnings, *_dark(channels, photographs)]
     common = {
         "measured": task.quantities.unknown or "radius",
-        "warnings": [*task.photograph.warnings, *_dark(channels, photographs), *_warnings(task, fit, photographs)],
+        "warnings": [*of_photograph, *verdict.warnings, *_warnings(task, fit, photographs)],
         "explained_variance": float(fit.explained.mean()),
+        "model": _model(fit, photographs, verdict),
     }
-    odds = odds_of_lamps(fit.fit, rings.scale)
-    common["model"] = _model(fit, photographs, light, odds)
-    if reason := doubt_of(odds, light, fit.fit.problem.palette.lines):
-        return FitResult("refused", reason, **common)
-    numbers = _numbers(task, fit, photographs, light)
+    if verdict.reason:
+        return FitResult("refused", verdict.reason, **common)
+    numbers = _numbers(task, fit, photographs, light, verdict.wavelength_sd)
     picture = _picture(task.photograph, photographs, fit, light)
     return FitResult(**numbers, picture=picture, **common)
+
+
+def _check_response(channels: tuple[Photograph, ...], light: LampLight) -> None:
+    """Raises ValueError for a response of more or fewer channels than the image has."""
+    if light.curves is not None and len(light.curves.response.curves) != len(channels):
+        raise ValueError(
+            f"response has {len(light.curves.response.curves)} channels, and the image {len(channels)}; allowed: a "
+            "curve for each, red, green and blue, or one for a grey image"
+        )
 
 
 def with_light(channels: tuple[Photograph, ...]) -> tuple[Photograph, ...]:
@@ -76,7 +76,8 @@ def measured_under(task: Task, rings: Rings, photographs: tuple[Photograph, ...]
     pixel_size = 0.0 if quantities.unknown is None else quantities.values(rings.scale)["pixel_size"]
     sign = -1.0 if task.contact_phase else 1.0
     channels = tuple(_NAMES[photograph.channel] for photograph in photographs)
-    return measure(rings_in(photographs, rings, pixel_size * index, sign, channels), light.lines)
+    rings_of_channels = rings_in(photographs, rings, pixel_size * index, sign, channels)
+    return measure(rings_of_channels, light.lines if light.curves is None else light.curves)
 
 
 def fringe_scale(fit: ColourFit, light: LampLight) -> float:
@@ -113,8 +114,10 @@ def _beyond(deviation: float, shown: float) -> float:
     return float(np.sqrt(max(deviation**2 - shown**2, 0.0)))
 
 
-def _numbers(task: Task, fit: ColourFit, photographs: tuple[Photograph, ...], light: LampLight) -> dict[str, Any]:
-    """The numbers of a `FitResult`, by name."""
+def _numbers(
+    task: Task, fit: ColourFit, photographs: tuple[Photograph, ...], light: LampLight, wavelength_sd: float
+) -> dict[str, Any]:
+    """The numbers of a `FitResult`, by name; `wavelength_sd`: relative, of all wavelengths of the light together."""
     quantities, scale = task.quantities, fringe_scale(fit, light)
     rows = [(source, sd) for source, sd in _rows(fit, photographs) if sd]
     relative = float(np.sqrt(sum(sd**2 for _, sd in rows)))
@@ -141,6 +144,8 @@ def _numbers(task: Task, fit: ColourFit, photographs: tuple[Photograph, ...], li
     values, unknown = quantities.values(scale), quantities.unknown
     factor = values[unknown] / abs(EXPONENTS[unknown])
     budget = [(source, factor * sd) for source, sd in rows]
+    # Of the fringe scale it is none: this is over the light's own wavelength.
+    budget += [(_CURVES, factor * wavelength_sd)] if wavelength_sd else []
     for name, sd in quantities.sd.items():
         budget.append((name, factor * abs(EXPONENTS[name]) * sd / values[name]))
     total = float(np.sqrt(sum(sd**2 for _, sd in budget)))
@@ -198,38 +203,14 @@ def _warnings(task: Task, fit: ColourFit, photographs: tuple[Photograph, ...]) -
     return warnings
 
 
-def doubt_of(odds: dict[str, float], light: LampLight, components: int):
-    """Why the light that was given is not that of the rings; None where it is.
-
-    `components`: of the light that the rings tell apart. Of one alone nothing tells that it is not another's.
-    """
-    lamps = {name: value for name, value in odds.items() if name not in (BANDS_ALONE, ONE_LINE)}
-    best = max(lamps, key=lambda name: lamps[name])
-    # What tells single lines apart is bands beside them alone, which the model has by chance.
-    limit = _OTHER_LAMP if components > 1 else 2 * _OTHER_LAMP
-    if lamps[best] > limit:
-        return ColourReason.ANOTHER_LAMP(best=best, lines=light.words, odds=odds[best])
-    if -odds[BANDS_ALONE] < _LEAST_ODDS:
-        return ColourReason.LINES_NOT_SEEN(odds=-odds[BANDS_ALONE], least=_LEAST_ODDS)
-    if components > 1 and -odds[ONE_LINE] < _SEVERAL_LINES:
-        return ColourReason.ONE_LINE_SEEN(odds=-odds[ONE_LINE], least=_SEVERAL_LINES)
-    return None
-
-
-def _model(
-    fit: ColourFit, photographs: tuple[Photograph, ...], light: LampLight, odds: dict[str, float]
-) -> dict[str, str]:
-    no_lamps = (ONE_LINE, BANDS_ALONE)
-    lamps = [*(name for name in odds if name not in no_lamps), *no_lamps]
+def _model(fit: ColourFit, photographs: tuple[Photograph, ...], verdict: LightVerdict) -> dict[str, str]:
     lateral = {variant.name: variant.shift for variant in fit.variants}
     variants = "; ".join(f"{name} {shift:+.2%}" for name, shift in lateral.items())
     shares = zip(photographs, fit.explained, strict=True)
     explained = ", ".join(f"{photograph.channel} {share:.1%}" for photograph, share in shares)
     return {
         "fringes": "2 n t at normal incidence, exact sphere, one for all channels",
-        "light": f"lines of {light.words} nm and bands, amplitudes of 0 or more, free in each channel",
-        "lamps": "logarithms of the odds against this light: "
-        + ", ".join(f"{name} {round(odds[name]):+d}" for name in lamps),
+        **verdict.model,
         "explained": explained,
         "variants": f"relative change of the fringe scale: {variants}",
         "gap order": f"probability {fit.order_odds[0]:.0%}",

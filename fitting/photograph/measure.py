@@ -30,7 +30,7 @@ from fitting.photograph.solving import solve, solve_bench
 from fitting.photograph.task import task_of
 from fitting.photograph.verdict import RefusedError, judge
 from newtonjax.numerics import x64
-from newtonjax.scene import Scene, Spectrum
+from newtonjax.scene import Response, Scene, Spectrum
 
 
 @says_its_origin
@@ -63,6 +63,7 @@ def fit(
     view_angle: float | None = None,
     view_angle_sd: float | str | None = None,
     light: str | Spectrum | None = None,
+    response: str | Path | Response | None = None,
     channel: str | None = None,
     noise: str | tuple[float, float] | np.ndarray | None = None,
     progress: Progress = None,
@@ -109,6 +110,11 @@ def fit(
       light: in place of the wavelength, a lamp whose lines the rings are of, in the words of `newtonjax.lamp` or as a
         Spectrum: all channels are fitted together, each with amplitudes of its own for the lamp's lines and for bands.
         A lamp's name given as wavelength means the same. The fringe scale is that of the line nearest to 555 nm.
+        Light of bands (an LED, white light, a file) goes with a response.
+      response: of the camera's channels to light of bands, red, green and blue or one, as a Response or in the words of
+        `newtonjax.camera_response`. Each channel has the lamp's spectrum times its curve, which may be tilted and bent
+        (0.3 of either over 50 nm, 1 sd); what is left over says what the curves may be off by, up to where the radius
+        is refused. The fringe scale is that of the middle one of the channels' mean wavelengths.
       channel: "red", "green" or "blue"; without it the one with the clearest rings.
       noise: by which pixels are weighed, at the light that a fit of equal weights finds. "estimated": the variance at
         each level of light, from what that fit leaves over; "shot": in proportion to the light; (full well, read noise)
@@ -131,8 +137,8 @@ def fit(
 
 def _result_of(arguments: dict[str, Any]) -> FitResult:
     """The result of the arguments of `fit`, stage by stage. Raises RefusedError where there can be none."""
-    is_of_lines = arguments["light"] is not None or isinstance(arguments["wavelength"], str)
-    light_given = light_of(arguments) if is_of_lines else None
+    is_of_lamp = any(arguments[name] is not None for name in ("light", "response"))
+    light_given = light_of(arguments) if is_of_lamp or isinstance(arguments["wavelength"], str) else None
     if light_given is not None:
         arguments = arguments | {"wavelength": light_given.reference}
     task = task_of(arguments)

@@ -19,6 +19,7 @@ _ADVICE = {
     "weak light": "light the field evenly, or mask the part that is no sphere's",
     "prior tension": "photograph a grid with this camera (--scale-from), or turn the lens and take another picture",
     "further lines": "give light in place of the wavelength (--light), or photograph behind a filter",
+    "lamp and camera curves": "measure the curves of this lamp and camera, or use a lamp of lines (--light mercury)",
     "model": "look at the residual picture; mask what is not of one ring system, or take more rings",
 }
 # A distortion of fewer standard deviations says nothing of where its axis is.

@@ -39,6 +39,7 @@ class FitOptions(NamedTuple):
     channel: str | None = None
     steps: int | None = None
     noise: str | tuple[float, float] | None = None
+    response: Path | None = None
 
     @property
     def of_chain(self) -> dict[str, Any]:
@@ -64,7 +65,7 @@ def arguments_of(options: FitOptions) -> dict:
     }
     if options.wavelength is not None and options.wavelength_sd is None:
         arguments["wavelength_sd"] = options.wavelength.sd
-    for name in ("plate_radius", "plate_radius_sd", "page", "radius_sd", "channel", "noise"):
+    for name in ("plate_radius", "plate_radius_sd", "page", "radius_sd", "channel", "noise", "response"):
         if getattr(options, name) is not None:
             arguments[name] = getattr(options, name)
     if options.mask is not None:

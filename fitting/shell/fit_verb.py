@@ -137,7 +137,7 @@ def _check(photo: Path, options: FitOptions, outputs: Outputs) -> None:
         raise ValueError(f"--mcmc draws from the fit of one wavelength, not of light {options.lamp}; leave --mcmc out")
     if options.mcmc and options.plate_radius is not None:
         raise ValueError("--mcmc draws the rings' own radius; leave --plate-radius out, and take the plate off after")
-    read = photo, options.scene, options.mask, options.scale_from
+    read = photo, options.scene, options.mask, options.scale_from, options.response
     outputs.check(tuple(filter(None, read)))
 
 
@@ -152,7 +152,8 @@ def check_files(roles: Mapping[Path | None, str]) -> None:
 
 def check_options(options: FitOptions) -> None:
     """Refuse files that are not there, and a pixel size that is given twice."""
-    check_files({options.scene: "scene", options.mask: "mask", options.scale_from: "scale's JSON"})
+    files_given = {options.scene: "scene", options.mask: "mask", options.scale_from: "scale's JSON"}
+    check_files(files_given | {options.response: "camera's response"})
     if options.scale_from is not None and options.pixel_size is not None:
         raise ValueError("--scale-from and --pixel-size both give the pixel size; leave one out")
     if not options.mcmc and (settings := options.of_chain):

@@ -64,6 +64,7 @@ _READERS: dict[str, Callable[[str], Any]] = {
     "view_angle_sd": quantities.angle_sd,
     "noise": assignments.noise,
     "light": lamps.light,
+    "response": Path,
     "channel": _channel,
 }
 

@@ -8,6 +8,7 @@ import typer
 from fitting.shell import quantities
 from fitting.shell.lamps import in_air
 from fitting.shell.options import (
+    CameraResponse,
     Channel,
     Columns,
     Encoding,
@@ -59,6 +60,7 @@ def fit(
     mask: MaskImage = None,
     page: Page = None,
     light: Light = None,
+    response: CameraResponse = None,
     channel: Channel = None,
     mcmc: Annotated[bool, typer.Option("--mcmc", help="Also draw from the posterior (emcee).")] = False,
     steps: Annotated[
@@ -82,7 +84,7 @@ def fit(
     options = FitOptions(
         wavelength, pixel_size, wavelength_sd, pixel_size_sd, radius, view, scene, transfer, scale_from,
         mask=mask, mcmc=mcmc, steps=steps, plate_radius=plate_radius, plate_radius_sd=plate_radius_sd, page=page,
-        radius_sd=radius_sd, light=light, channel=channel, **fit_verb.model_of(model),
+        radius_sd=radius_sd, light=light, response=response, channel=channel, **fit_verb.model_of(model),
     )  # fmt: skip
     return fit_verb.run(photo, options, Outputs(json, output_dir, force))
 

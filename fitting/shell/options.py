@@ -134,7 +134,17 @@ PixelSd = Annotated[Any, option(quantities.length_sd, "LENGTH|PERCENT", "Standar
 Light = Annotated[
     Any,
     option(
-        lamps.light, "LAMP", "In place of the wavelength: a lamp of several lines, fitted to all channels together."
+        lamps.light,
+        "LAMP",
+        "In place of the wavelength: a lamp of several lines, or of bands with --response, for all channels together.",
+    ),
+]
+CameraResponse = Annotated[
+    Path | None,
+    typer.Option(
+        "--response",
+        metavar="CAMERA.csv",
+        help="With light of bands: the camera's curves, columns wavelength_nm,red,green,blue.",
     ),
 ]
 Channel = Annotated[

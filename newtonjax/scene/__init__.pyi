@@ -76,6 +76,7 @@ from newtonjax.scene.response import to_srgb as to_srgb
 from newtonjax.scene.scene import Scene as Scene
 from newtonjax.scene.scene import choose_beams as choose_beams
 from newtonjax.scene.shapes import Height as Height
+from newtonjax.scene.spectra_files import camera_response as camera_response
 from newtonjax.scene.spectrum import PROFILES as PROFILES
 from newtonjax.scene.spectrum import Lines as Lines
 from newtonjax.scene.spectrum import Spectrum as Spectrum

@@ -10,7 +10,7 @@ from fitting.colour.amplitudes import background, solve
 from fitting.colour.palette import Lines, lines_of_lamp, of_lamp
 from fitting.colour.variants import Variant, spread_among
 from fitting.colour.waveform import Curve, View, waves
-from fitting.photograph.colours import doubt_of
+from fitting.photograph.light_verdict import doubt_of
 from fitting.photograph.light_words import LampLight
 
 _TRUTH = Truth(0.15, 5.461e-6, 20e-9, (142.3, 105.8), 1.1, "mercury")

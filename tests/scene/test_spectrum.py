@@ -132,6 +132,31 @@ def test_a_file_of_a_spectrum_is_its_samples(tmp_path):
     )
 
 
+def test_a_file_of_a_response_is_its_samples_of_each_channel(tmp_path):
+    file = tmp_path / "camera.csv"
+    file.write_text("# of a camera\nwavelength_nm,red,green,blue\n450,0,0.1,1\n550,0.2,1,0.1\n650,1,0.1,0\n")
+    response = nj.camera_response(str(file))
+    np.testing.assert_allclose(response.wavelengths, [450e-9, 550e-9, 650e-9], rtol=1e-15)
+    np.testing.assert_array_equal(response.curves, [[0, 0.2, 1], [0.1, 1, 0.1], [1, 0.1, 0]])
+    np.testing.assert_array_equal(nj.camera_response("cie_1931").curves, nj.cie_1931().curves)
+
+
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        ("wavelength_nm,red,green\n500,1,1\n510,1,1\n520,1,1\n", "2 channels"),
+        ("wavelength_nm,red,green,blue\n500,1,1\n", "line 2"),
+        ("wavelength_nm,red,green,blue\n500,1,1,0\n510,1,1,0\n520,1,1,0\n", "all 0"),
+        ("red,green,blue\n500,1,1\n", "allowed: wavelength_nm,red,green,blue"),
+    ],
+)
+def test_files_of_no_response_are_refused_in_one_line(text, part, tmp_path):
+    (tmp_path / "camera.csv").write_text(text)
+    with pytest.raises(ValueError, match=r"^[^\n]*$") as error:
+        nj.camera_response(str(tmp_path / "camera.csv"))
+    assert part in str(error.value)
+
+
 def test_the_words_are_the_same_in_python_in_a_file_and_at_the_shell():
     scene = nj.newton_rings(light="mercury:578nm/10nm")
     of_file, _ = scene_from_text('[newton_rings]\nlight = "mercury:578nm/10nm"')
