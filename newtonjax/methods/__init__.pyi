@@ -7,6 +7,7 @@ from newtonjax.methods.base import require_method as require_method
 from newtonjax.methods.base import require_two_beams as require_two_beams
 from newtonjax.methods.base import unreached as unreached
 from newtonjax.methods.closed_form import ClosedForm as ClosedForm
+from newtonjax.methods.error_of_means import means_error as means_error
 from newtonjax.methods.gap_paths import parallel as parallel
 from newtonjax.methods.many_beams import change_by_orders as change_by_orders
 from newtonjax.methods.many_wavelengths import has_channels as has_channels
@@ -15,6 +16,7 @@ from newtonjax.methods.nodes import Chebyshev as Chebyshev
 from newtonjax.methods.over_source import OverSource as OverSource
 from newtonjax.methods.pictures import AbstractPicture as AbstractPicture
 from newtonjax.methods.source_directions import ORDERS as ORDERS
+from newtonjax.methods.source_directions import error_between_directions as error_between_directions
 from newtonjax.methods.source_directions import error_of_profile as error_of_profile
 from newtonjax.methods.source_directions import summed_at_nodes as summed_at_nodes
 from newtonjax.methods.splatting import Splat as Splat

@@ -21,10 +21,10 @@ from newtonjax.fields import (
 )
 from newtonjax.methods.base import CALL, AbstractMethod, CannotHonourError, pass_share
 from newtonjax.methods.closed_form_float32 import closed_turns
+from newtonjax.methods.error_of_means import means_error
 from newtonjax.methods.gap_paths import of_points
 from newtonjax.methods.many_beams import by_profile, profile_of
 from newtonjax.methods.many_wavelengths import equal_thickness, has_channels, one_line
-from newtonjax.methods.means_error import means_error
 from newtonjax.methods.source_directions import error_of_profile
 from newtonjax.numerics import cos_turns, is_concrete, require_concrete
 from newtonjax.scene import (
@@ -116,7 +116,7 @@ class ClosedForm(AbstractMethod):
         if not fields.arrives.all():
             return ErrorEstimate(np.inf, np.inf)
         phase, intensity = self.error_against(fields, line, camera)
-        intensity += self.error_of_means(scene, camera)
+        intensity += means_error(scene, camera)
         if scene.light.extent is not None:
             intensity += error_of_profile(scene, camera)
         if scene.all_orders is not None:
@@ -126,10 +126,6 @@ class ClosedForm(AbstractMethod):
             return ErrorEstimate(phase, intensity)
         stretch = channels_of(scene.light, None).lines.ratios.max()
         return ErrorEstimate(phase * stretch, intensity * stretch + self.table_error)
-
-    def error_of_means(self, scene: Scene, camera: Camera) -> float:
-        """What pixels that are means add to the error: tables take them as functions of the path difference."""
-        return means_error(scene, camera)
 
     def error_of_orders(self, phase: float, scene: Scene, camera: Camera) -> ErrorEstimate:
         """What an error of the phase [turns] makes of all orders in the gap: the steepest slope of their profile."""

@@ -16,13 +16,17 @@ _REAL = 1e-12
 
 
 class NodeLight(NamedTuple):
-    """As `Beats` at nodes, of light of one direction or more, which adds up with weights."""
+    """As `Beats` at nodes, of light of one direction or more, which adds up with weights.
+
+    - `sines`: of the directions, along x and y about the mean one.
+    """
 
     background: Float[Any, "directions n"]
     envelope: Complex[Any, "directions pairs n"]
     turns: Float[Any, "directions pairs n"]
     arrives: Bool[Any, "directions n"]
     weights: Float[Any, " directions"]
+    sines: Float[Any, "directions 2"]
 
     def mean_turns(self) -> Float[Any, "pairs n"]:
         """The path differences of the carrier [turns]."""
@@ -47,7 +51,7 @@ class NodeLight(NamedTuple):
 def of_one_direction(beats: Beats) -> NodeLight:
     """The light of parallel beams."""
     background, envelope, turns, arrives = (part[None] for part in beats)
-    return NodeLight(background, envelope, turns, arrives, np.ones(1))
+    return NodeLight(background, envelope, turns, arrives, np.ones(1), np.zeros((1, 2)))
 
 
 def _in_table(means: GapMeans | None, ratios, turns) -> Any:

@@ -44,7 +44,7 @@ from newtonjax.methods.many_wavelengths import (
     table_of,
     turn_range,
 )
-from newtonjax.methods.node_waves import Waves, at_nodes, of_one_direction, wave_count, wave_parts, waves_for
+from newtonjax.methods.node_waves import NodeLight, Waves, at_nodes, of_one_direction, wave_count, wave_parts, waves_for
 from newtonjax.methods.pictures import OnNodes
 from newtonjax.methods.source_directions import error_between_directions, light_at_nodes
 from newtonjax.numerics import chebyshev, is_concrete, shown
@@ -52,8 +52,6 @@ from newtonjax.scene import Camera, Channels, Scene, channels_of, corners, node_
 
 # Passes of a cosine: what a pixel costs for each degree of a field, and what else it costs.
 _DEGREE, _PIXEL = 0.059, 0.27
-# The most nodes to a side at which directions are compared with rays.
-_OF_DIRECTIONS = 7
 
 
 @dataclass(frozen=True, repr=False)
@@ -152,31 +150,35 @@ class Chebyshev(AbstractMethod):
 
     def picture(self, scene: Scene, camera: Camera) -> OnNodes | InChannels:
         if has_channels(scene.light, camera):
-            return self._in_channels(scene, camera)
+            light = self.light(scene, camera)
+            return self.in_channels(scene, camera, *self.coefficients_and_waves(light, scene, camera))
         fields = self._known_fields(scene, camera)
         if not fields.arrives.all():
             raise unreached(self)
         return self.picture_of(self.coefficients(fields), camera)
 
-    def node_coefficients(self, scene: Scene, camera: Camera) -> Float[np.ndarray, "fields nodes nodes"]:
-        """Of a known scene in many wavelengths: background, parts of the envelopes, turns.
+    def light(self, scene: Scene, camera: Camera) -> NodeLight:
+        """The light of a known scene at the nodes, of all directions of its source.
 
         Raises ValueError where a beam does not reach the whole image.
         """
-        return self._nodes_and_waves(scene, camera)[0]
-
-    def _nodes_and_waves(self, scene: Scene, camera: Camera) -> tuple[Any, Waves]:
         light = light_at_nodes(scene, camera, self.nodes)
         if not light.arrives.all():
             raise unreached(self)
+        return light
+
+    def coefficients_and_waves(
+        self, light: NodeLight, scene: Scene, camera: Camera
+    ) -> tuple[Float[np.ndarray, "fields nodes nodes"], Waves]:
+        """Of a light in many wavelengths: background, parts of the envelopes, turns; and what a table has beside."""
         lines = _channels(scene, camera, self.table_error).lines
         # Of the amplitude, and so half as much of the peak: with the table's own they stay within `table_error` of it.
         waves = waves_for(light, camera, lines, 0.5 * self.table_error)
         ratios, _ = wave_parts(lines, waves.number)
         return chebyshev.coefficients(at_nodes(light, camera, ratios, waves)), waves
 
-    def _in_channels(self, scene: Scene, camera: Camera) -> InChannels:
-        coefficients, waves = self._nodes_and_waves(scene, camera)
+    def in_channels(self, scene: Scene, camera: Camera, coefficients: Float[Any, "fields nodes nodes"], waves: Waves):
+        """The picture of such fields."""
         channels = _channels(scene, camera, self.table_error)
         low, high = turn_range(coefficients)
         _, parts = wave_parts(channels.lines, waves.number)
@@ -220,13 +222,9 @@ class Chebyshev(AbstractMethod):
         if not has_channels(scene.light, camera):
             return ErrorEstimate(phase, intensity)
         if scene.light.extent is not None:
-            intensity += self.error_between_directions(scene, camera)
+            intensity += error_between_directions(scene, camera, self.light(scene, camera))
         stretch = channels_of(scene.light, None).lines.ratios.max()
         return ErrorEstimate(phase * stretch, intensity * stretch + self.table_error)
-
-    def error_between_directions(self, scene: Scene, camera: Camera) -> float:
-        """What a source that is no point adds to the error: rays are traced in a few of its directions."""
-        return error_between_directions(scene, camera, min(self.nodes, _OF_DIRECTIONS))
 
 
 def _channels(scene: Scene, camera: Camera, tolerance: float) -> Channels:

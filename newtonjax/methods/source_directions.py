@@ -8,13 +8,13 @@ import numpy as np
 from jaxtyping import Float
 from numpy.polynomial.chebyshev import chebvander
 
-from newtonjax.fields import Beats, beats, intensity, node_arrivals, node_fields, pack
+from newtonjax.fields import Beats, Packed, beats, intensity, node_arrivals, node_fields, pack
 from newtonjax.methods.gap_paths import of_points, parallel
 from newtonjax.methods.many_beams import profile_of
 from newtonjax.methods.many_wavelengths import one_line
 from newtonjax.methods.node_waves import NodeLight, of_one_direction
 from newtonjax.numerics import chebyshev
-from newtonjax.numerics import nodes as nodes_of
+from newtonjax.rays import towards
 from newtonjax.scene import (
     Camera,
     Directions,
@@ -33,10 +33,11 @@ _NODES, _AZIMUTHS = 9, 4
 # Order at which the profile of a gap is compared with rays, and those that a plan tries.
 _ORDER = 4
 ORDERS = (2, 3, 4, 6, 8)
-# Directions to a side of which rays are traced where polynomials go between them, and what the sum may err by.
-_SIDE, _SUMMED = 3, 1e-6
-# Angles of the rim where these are compared with rays, and what may hide between nodes.
-_RIM, _BETWEEN = (0.4, 3.6), 1.5
+# Directions to a side of which rays are traced where polynomials go between them, by the sine of the source; and what
+# the sum over it may err by.
+_SIDES, _SUMMED = ((0.02, 3), (np.inf, 5)), 1e-6
+# What may hide between nodes.
+_BETWEEN = 1.5
 
 
 def tilted(scene: Scene, tilt: Any) -> Scene:
@@ -77,64 +78,57 @@ def light_at_nodes(scene: Scene, camera: Camera, nodes: int) -> NodeLight:
     """
     extent = scene.light.extent
     if extent is None or extent.radiances is not None:
-        return of_one_direction(_beats(parallel(scene), camera, nodes))
-    few = [_beats(tilted(scene, tilt), camera, nodes) for tilt in _few_tilts(scene)]
+        return of_one_direction(_beats(pack(parallel(scene)), camera, nodes))
+    sine = float(extent.sine)
+    side = next(count for limit, count in _SIDES if sine <= limit)
+    at = sine * chebyshev.nodes(side)
+    few = _in_directions(scene, camera, nodes, [(x, y) for x in at for y in at])
     parts = [np.stack(part) for part in zip(*few, strict=True)]
     ratio = channels_of(scene.light, None).lines.ratios.max()
     spread = 2 * np.pi * ratio * float(np.ptp(parts[2], axis=0).max())
-    order = max(2, order_for(extent, spread, _SUMMED))
-    directions = all_directions(scene, order)
-    matrix = _between(scene, directions.x, directions.y)
+    directions = all_directions(scene, max(2, order_for(extent, spread, _SUMMED)))
+    sines = np.stack([directions.x, directions.y], axis=1)
+    analysis = chebyshev.analysis(side)
+    of_x, of_y = (chebvander(part / (sine or 1.0), side - 1) @ analysis for part in sines.T)
+    matrix = (of_x[:, :, None] * of_y[:, None, :]).reshape(len(sines), -1)
     background, envelope, turns = (np.tensordot(matrix, part, 1) for part in parts[:3])
     weights = directions.weights / np.sqrt(1 - directions.squares())
     arrives = np.broadcast_to(parts[3].all(axis=0), background.shape)
-    return NodeLight(background, envelope, turns, arrives, weights)
+    return NodeLight(background, envelope, turns, arrives, weights, sines)
 
 
-def error_between_directions(scene: Scene, camera: Camera, nodes: int) -> float:
+def error_between_directions(scene: Scene, camera: Camera, light: NodeLight) -> float:
     """What polynomials between the directions of `light_at_nodes` err by over the peak, against rays at the rim.
 
-    Infinite of a map, in whose light fringes are those of its mean direction.
+    0 of a point, and infinite of a map, in whose light fringes are those of its mean direction.
     """
-    if scene.light.extent is not None and scene.light.extent.radiances is not None:
+    if scene.light.extent is None:
+        return 0.0
+    if scene.light.extent.radiances is not None:
         return np.inf
-    sine, rim = _sine(scene), np.array(_RIM)
-    x, y = sine * np.cos(rim), sine * np.sin(rim)
-    few = [_beats(tilted(scene, tilt), camera, nodes) for tilt in _few_tilts(scene)]
-    matrix = _between(scene, x, y)
-    *parts, _ = (np.tensordot(matrix, np.stack(part), 1) for part in zip(*few, strict=True))
+    rim = (light.sines**2).sum(axis=1).argmax()
+    places = [rim, (light.sines @ light.sines[rim]).argmin()]
+    nodes, error = round(light.turns.shape[-1] ** 0.5), 0.0
     ratio = channels_of(scene.light, None).lines.ratios.max()
-    frame, error = launch_frame(scene.light), 0.0
-    for background, envelope, turns, *at in zip(*parts, x, y, strict=True):
-        rays = _beats(tilted(scene, tilt_towards(frame, *at)), camera, nodes)
+    for k, rays in zip(places, _in_directions(scene, camera, nodes, light.sines[places]), strict=True):
         size = abs(rays.envelope)
-        change = 2 * np.pi * ratio * abs(turns - rays.turns) * size
-        change = abs(background - rays.background) + (change + abs(envelope - rays.envelope)).sum(axis=0)
+        change = 2 * np.pi * ratio * abs(light.turns[k] - rays.turns) * size
+        change = (change + abs(light.envelope[k] - rays.envelope)).sum(axis=0)
+        change = change + abs(light.background[k] - rays.background)
         error = max(error, float(change.max() / (rays.background + size.sum(axis=0)).max()))
     return _BETWEEN * error
 
 
-def _beats(scene: Scene, camera: Camera, nodes: int) -> Beats:
-    bench = pack(scene)
+def _beats(bench: Packed, camera: Camera, nodes: int) -> Beats:
     return beats(node_arrivals(bench, camera, nodes), bench.pairs, bench.source)
 
 
-def _few_tilts(scene: Scene) -> list[Any]:
-    """Tilts of the light [rad] from a grid of directions about its source."""
-    frame, at = launch_frame(scene.light), nodes_of(_SIDE) * _sine(scene)
-    return [tilt_towards(frame, x, y) for x in at for y in at]
-
-
-def _sine(scene: Scene) -> float:
-    extent = scene.light.extent
-    return 0.0 if extent is None else float(extent.sine)
-
-
-def _between(scene: Scene, x, y) -> Float[np.ndarray, "directions few"]:
-    """From values in the directions of `_few_tilts` to those in others."""
-    sine = _sine(scene) or 1.0
-    of_x, of_y = (chebvander(at / sine, _SIDE - 1) @ chebyshev.analysis(_SIDE) for at in (x, y))
-    return (of_x[:, :, None] * of_y[:, None, :]).reshape(len(x), -1)
+def _in_directions(scene: Scene, camera: Camera, nodes: int, sines) -> list[Beats]:
+    """By rays in directions of these sines about the mean one."""
+    bench, frame = pack(parallel(scene)), launch_frame(scene.light)
+    lights = [replace(scene.light, tilt=tilt_towards(frame, x, y), extent=None) for x, y in sines]
+    benches = (bench._replace(setting=towards(bench.setting, light)) for light in lights)
+    return [_beats(turned, camera, nodes) for turned in benches]
 
 
 def error_of_profile(scene: Scene, camera: Camera) -> float:

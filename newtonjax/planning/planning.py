@@ -1,5 +1,6 @@
 """Choosing a method: the cheapest whose predicted error stays within a tolerance."""
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -9,7 +10,6 @@ from jaxtyping import Float
 from newtonjax.fields import (
     Fields,
     Packed,
-    bending_error,
     error_of,
     node_arrivals,
     node_fields,
@@ -29,16 +29,17 @@ from newtonjax.methods import (
     error_of_profile,
     has_channels,
     is_single,
+    means_error,
     one_line,
     parallel,
     summed_at_nodes,
 )
-from newtonjax.numerics import Statement, chebyshev, require_concrete, require_tolerance
+from newtonjax.numerics import Statement, require_concrete, require_tolerance
 from newtonjax.planning.faces import crossing_warnings, end_warnings, refuse_folds
+from newtonjax.planning.grids import LADDER, resolved
 from newtonjax.planning.reasons import PlanReason
 from newtonjax.scene import Camera, Scene, channels_of, require_bench
 
-_LADDER = (3, 4, 5, 6, 7, 9, 11, 13, 17, 21, 25, 29, 33)
 # Nodes to a side of the probes; a grid is judged by one that has at least so many more.
 _COARSE, _FINE, _FINEST, _BEYOND = 17, 33, 41, 4
 # What tables of a spectrum may err by, of the tolerance; and those that hold what pixels leave of the fringes.
@@ -137,14 +138,11 @@ def _over_source(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, 
     if ClosedForm().refusal(scene) is None:
         if scene.all_orders is not None:
             return _all_orders(scene, camera, tolerance)
-        chosen, picture = _in_channels(scene, camera, 0.5 * tolerance)
-        error = np.inf
-        if isinstance(chosen.method, ClosedForm):
-            error = error_of_profile(scene, camera)
-        elif isinstance(chosen.method, Chebyshev):
-            error = chosen.method.error_between_directions(scene, camera)
-        if error <= 0.5 * tolerance:
-            return replace(chosen, intensity_error=chosen.intensity_error + error), picture
+        with suppress(ValueError):
+            chosen, picture = _in_channels(scene, camera, 0.5 * tolerance)
+            of_rays = error_of_profile(scene, camera) if isinstance(chosen.method, ClosedForm) else 0.0
+            if of_rays <= 0.5 * tolerance:
+                return replace(chosen, intensity_error=chosen.intensity_error + of_rays), picture
     return _sum_over_source(scene, camera, tolerance)
 
 
@@ -196,47 +194,28 @@ def _in_channels(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, 
     table_error = (_OF_MEANS if camera.takes_means else _OF_TABLES) * tolerance
     points, line = replace(camera, response=None, aperture=None, blur=None), one_line(scene)
     chosen, _ = planned(line, points, (tolerance - table_error) / stretch)
-    if camera.takes_means or scene.light.extent is not None:
-        chosen = _resolving_means(chosen, scene, camera, (tolerance - table_error) / stretch, table_error)
-    method = chosen.method
+    method, picture = chosen.method, None
     if isinstance(method, Chebyshev | ClosedForm):
-        method = replace(method, table_error=table_error)
-    chosen = replace(
-        chosen,
-        method=method,
-        scene=replace(chosen.scene, light=scene.light) if chosen.dropped else scene,
-        phase_error=chosen.phase_error * stretch,
-        intensity_error=chosen.intensity_error * stretch + table_error,
-    )
-    return _with_picture(chosen, camera)
+        chosen = replace(chosen, method=replace(method, table_error=table_error))
+    if chosen.dropped:
+        scene = replace(chosen.scene, light=scene.light)
+    if camera.takes_means or scene.light.extent is not None:
+        chosen, picture = _resolving(chosen, scene, camera, (tolerance - table_error) / stretch, table_error)
+    phase, intensity = chosen.phase_error * stretch, chosen.intensity_error * stretch + table_error
+    chosen = replace(chosen, scene=scene, phase_error=phase, intensity_error=intensity)
+    return (chosen, picture) if picture is not None else _with_picture(chosen, camera)
 
 
-def _resolving_means(chosen: Plan, scene: Scene, camera: Camera, tolerance: float, table_error: float) -> Plan:
-    """The plan with the closed form where its means hold, else nodes that resolve what pixels leave of the fringes.
-
-    Raises ValueError where a beam does not reach the whole image, or no grid is fine enough.
-    """
-    scene = replace(chosen.scene, light=scene.light)
+def _resolving(chosen: Plan, scene: Scene, camera: Camera, tolerance: float, table_error: float):
+    """The plan with the closed form where its means hold, else nodes for pixels and source; and their picture."""
     if isinstance(chosen.method, ClosedForm):
-        of_means = chosen.method.error_of_means(scene, camera)
+        of_means = means_error(scene, camera)
         if chosen.intensity_error + of_means <= tolerance:
-            return replace(chosen, intensity_error=chosen.intensity_error + of_means)
-    least = chosen.method.nodes if isinstance(chosen.method, Chebyshev) else _LADDER[0]
-    for finest in (_COARSE, _FINEST):
-        fields = Chebyshev(finest, table_error=table_error).node_coefficients(scene, camera)
-        shells, parts = chebyshev.shells(fields), (len(fields) - 1) // 3
-        size, bent = shells[1 : 1 + 2 * parts].sum(), bending_error(fields[1 + 2 * parts :], camera)
-        for count in (nodes for nodes in _LADDER if least <= nodes and nodes + _BEYOND <= finest):
-            beyond = 2 * shells[:, count:].sum(axis=1)
-            error = beyond[: 1 + 2 * parts].sum() + 2 * np.pi * size * beyond[1 + 2 * parts :].max()
-            error = float(error / (abs(fields[0, 0, 0]) + size)) + bent
-            if error <= tolerance:
-                error, reason = max(error, chosen.intensity_error), PlanReason.NODES_RESOLVE(count=count)
-                return replace(chosen, method=Chebyshev(count), intensity_error=error, reason=reason)
-    raise ValueError(
-        f"aperture and blur over fringes that change within a pixel by more than {tolerance:.2g}, or that no grid of "
-        "nodes resolves; allowed: a larger tolerance, finer pixels or a smaller image"
-    )
+            return replace(chosen, intensity_error=chosen.intensity_error + of_means), None
+    least = chosen.method.nodes if isinstance(chosen.method, Chebyshev) else LADDER[0]
+    method, error, picture = resolved(scene, camera, least, tolerance, table_error)
+    error, reason = max(error, chosen.intensity_error), PlanReason.NODES_RESOLVE(count=method.nodes)
+    return replace(chosen, method=method, intensity_error=error, reason=reason), picture
 
 
 def _with_picture(chosen: Plan, camera: Camera) -> tuple[Plan, AbstractPicture]:
@@ -253,7 +232,7 @@ def _on_nodes(by_rays: Plan, bench: Packed, camera: Camera, fields: Fields, tole
         nodes = smooth(fields)
         if not nodes.reached:
             break
-        for count in (n for n in _LADDER if n + _BEYOND <= finest):
+        for count in (n for n in LADDER if n + _BEYOND <= finest):
             if Chebyshev(count).passes(by_rays.scene, camera) > dearest:
                 reason = PlanReason.RAYS_ARE_CHEAPER()
                 break

@@ -16,6 +16,7 @@ from newtonjax.rays.tracing import gather as gather
 from newtonjax.rays.tracing import interact as interact
 from newtonjax.rays.tracing import land as land
 from newtonjax.rays.tracing import reflected as reflected
+from newtonjax.rays.tracing import towards as towards
 from newtonjax.rays.tracing import trace as trace
 from newtonjax.rays.tracing import transmitted as transmitted
 from newtonjax.rays.tube import foci as foci

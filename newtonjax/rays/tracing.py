@@ -16,6 +16,7 @@ from newtonjax.scene import (
     Direction,
     Face,
     Height,
+    Light,
     Scene,
     dot,
     exit_medium,
@@ -138,6 +139,12 @@ def gather(scene: Scene, interactions: int | None = None) -> tuple[Route, Settin
         _hole(xp, scene, screen),
     )
     return routes, setting
+
+
+def towards(setting: Setting, light: Light) -> Setting:
+    """The setting of the same scene in light of another direction, of known numbers."""
+    launch = _frame_at(np, setting.launch[0], launch_frame(light))
+    return setting._replace(launch=launch, field=np.asarray(field_at_launch(light)))
 
 
 def _hole(xp, scene: Scene, screen):

@@ -22,7 +22,7 @@ from newtonjax.scene import (
     node_points,
     require_bench,
 )
-from newtonjax.verbs.light_parts import Omission, of_extent, of_line_width, of_pixel, of_spectrum, peak_of
+from newtonjax.verbs.light_parts import Omission, of_extent, of_line_width, of_pixel, of_spectrum, peak_of, way_of_means
 from newtonjax.verbs.rendering import render
 
 # Points to a side at which fields with and without a part are compared, and what may hide in between.
@@ -121,7 +121,8 @@ def explain(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Explanatio
         fields = _fields(scene, points)
     parts = [*_of_beams(scene, camera, chosen, fields), *_inside(scene, chosen, points, fields)]
     frequency = _frequency(scene, camera, points)
-    parts.append(of_pixel(fields, frequency, all_arrive, camera.takes_means))
+    note = way_of_means(bench, camera, chosen.method)
+    parts.append(of_pixel(fields, frequency, all_arrive, camera.takes_means, note))
     parts.append(of_line_width(scene, fields, tolerance) if light.spectrum is None else of_spectrum(light, fields))
     parts.append(of_extent(bench, camera, fields, tolerance))
     if of_orders is not None:

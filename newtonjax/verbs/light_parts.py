@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from newtonjax.fields import Fields
-from newtonjax.methods import parallel, summed_at_nodes
+from newtonjax.methods import AbstractMethod, ClosedForm, means_error, parallel, summed_at_nodes
 from newtonjax.scene import Camera, Light, Scene, channels_of
 
 # What may hide between the points where an image with and without a part are compared.
@@ -35,7 +35,21 @@ def peak_of(fields: Fields) -> float:
     return float(fields.background.max() + np.abs(fields.envelope).sum(axis=0).max())
 
 
-def of_pixel(fields: Fields, frequency: tuple[np.ndarray, np.ndarray], all_arrive: bool, modelled: bool) -> Omission:
+def way_of_means(scene: Scene, camera: Camera, method: AbstractMethod) -> str:
+    """How the means over pixels are in an image, and what tables of the path difference alone err by."""
+    if not camera.takes_means:
+        return "the image is taken at the pixels' centres"
+    if ClosedForm().refusal(scene) is not None:
+        return "by aperture and blur, at nodes"
+    error = f"{means_error(scene, camera):.2g}"
+    if isinstance(method, ClosedForm):
+        return f"by aperture and blur, as functions of the path difference, which err by {error}"
+    return f"by aperture and blur, at nodes (functions of the path difference alone would err by {error})"
+
+
+def of_pixel(
+    fields: Fields, frequency: tuple[np.ndarray, np.ndarray], all_arrive: bool, modelled: bool, note: str
+) -> Omission:
     """What the mean over a pixel takes off the contrast, sinc(fx) sinc(fy); all where a beam ends within the pixel."""
     if not all_arrive:
         return Omission(
@@ -44,7 +58,6 @@ def of_pixel(fields: Fields, frequency: tuple[np.ndarray, np.ndarray], all_arriv
     size = np.abs(fields.envelope).sum(axis=0)
     contrast = np.sinc(frequency[0]) * np.sinc(frequency[1])
     error = _BETWEEN_SLOPES * float((size * (1 - contrast)).max()) / peak_of(fields)
-    note = "by aperture and blur" if modelled else "the image is taken at the pixels' centres"
     return Omission("mean over each pixel", error, modelled, note)
 
 

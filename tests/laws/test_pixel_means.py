@@ -180,6 +180,9 @@ def test_explain_has_the_mean_over_pixels_among_what_is_modelled():
     for camera, modelled in ((CAMERA, False), (replace(CAMERA, aperture=1.0), True)):
         (mean,) = [part for part in nj.explain(scene, camera).omissions if part.part == "mean over each pixel"]
         assert mean.modelled is modelled
+        assert ("functions of the path difference, which err by" in mean.note) is modelled
+    steep = nj.Camera((24, 30), 11e-6, centre_px=(-75.0, -70.0), aperture=1.0)
+    assert "at nodes (functions of the path difference alone would err by" in str(nj.explain(scene, steep, 1e-4))
 
 
 def test_a_camera_of_colours_and_means_is_saved_and_loaded(tmp_path):
