@@ -25,6 +25,7 @@ from newtonjax.fields.many_beams import airy_pixels as airy_pixels
 from newtonjax.fields.many_beams import harmonics_of as harmonics_of
 from newtonjax.fields.many_beams import traced_harmonics_of as traced_harmonics_of
 from newtonjax.fields.means_in_gap import GapMeans as GapMeans
+from newtonjax.fields.means_in_gap import faded as faded
 from newtonjax.fields.means_in_gap import gap_means as gap_means
 from newtonjax.fields.packed import Packed as Packed
 from newtonjax.fields.packed import arrivals as arrivals

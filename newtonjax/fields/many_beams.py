@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Complex, Float
 
-from newtonjax.fields.means_in_gap import GapMeans
+from newtonjax.fields.means_in_gap import GapMeans, faded
 from newtonjax.numerics import as_complex, namespace
 from newtonjax.scene import FaceAmplitudes, Lines, Scene, face_amplitudes, itinerary, required_gap
 
@@ -163,17 +163,14 @@ def _of_lines(
         return airy_pixels(wide.parts(), xp.cos(phase), xp.sin(phase))
     if lines.gaussian is None and lines.triangle is None and means is None:
         # Harmonic m fades as the m-th power of the first: a loss of each round trip.
-        faded = as_complex(lines.fading(path))
-        lossy = wide._replace(first=wide.first * faded, round_trip=wide.round_trip * faded)
+        loss = as_complex(lines.fading(path))
+        lossy = wide._replace(first=wide.first * loss, round_trip=wide.round_trip * loss)
         return airy_pixels(lossy.parts(), xp.cos(phase), xp.sin(phase))
     wave = as_complex(xp.cos(phase)) + 1j * as_complex(xp.sin(phase))
     total, harmonic, step = wide.level + 0.0 * phase, wide.first * wave, wide.round_trip * wave
 
     def faded_part(order, harmonic):
-        real, imaginary = harmonic.real, harmonic.imag
-        if means is not None:
-            real, _ = means.of(order * ratios, turns, real, imaginary)
-        return lines.fading(order * path) * real
+        return faded(lines, means, turns, harmonic.real, harmonic.imag, order * cosine)[0]
 
     if count is None:
         return _summed_in_chunks(total, harmonic, step, faded_part)

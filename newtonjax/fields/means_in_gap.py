@@ -16,12 +16,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from newtonjax.numerics import Scalar, namespace
-from newtonjax.scene import Camera, Gap, gap_slopes
+from newtonjax.scene import Camera, Gap, Lines, gap_slopes
 
 # Shares of the squared slope along the two axes.
 _SHARES = (np.cos(np.pi / 8) ** 2, np.sin(np.pi / 8) ** 2)
 # The series of sin(√x) / √x, the highest power first, and up to where it is taken: it errs by 1e-15 there.
 _SERIES, _SMALL = np.array([-1 / 39916800, 1 / 362880, -1 / 5040, 1 / 120, -1 / 6, 1.0]), 0.1
+
+# Of the path difference, for slopes of a fading [turns].
+_STEP = 0.01
 
 
 class GapMeans(NamedTuple):
@@ -59,6 +62,34 @@ class GapMeans(NamedTuple):
             box, bent = _of_square(xp, self.side, square, bending, turned)
             along, aside = along * box - aside * bent, along * bent + aside * box
         return along * real - aside * imaginary, along * imaginary + aside * real
+
+    def loss_as_path(self, ratios, turns) -> Any:
+        """By how much the mean falls with the wavenumber, as an imaginary path [turns], to leading order."""
+        variance = 0.0 if self.blur is None else self.blur
+        if self.side is not None:
+            variance = variance + self.side / 12
+        return 2 * np.pi * variance * ratios * (self.square + 2 * self.bending * (turns - self.turns))
+
+
+def faded(lines: Lines, means: GapMeans | None, turns, real, imaginary, scale=1.0) -> tuple[Any, Any]:
+    """Real and imaginary parts of waves of lines [lines, ...], as their widths fade them, and means over pixels.
+
+    Within a line the mean falls with the wavenumber: the fading is that at a path with an imaginary part, to first
+    order in it.
+
+    - `scale`: of path differences and wavenumbers, that of a harmonic at an angle in the gap.
+    """
+    path = scale * turns
+    fading = lines.fading(path)
+    if means is None:
+        return fading * real, fading * imaginary
+    ratios = scale * lines.ratios.reshape(-1, *[1] * np.ndim(turns))
+    real, imaginary = means.of(ratios, turns, real, imaginary)
+    if lines.are_sharp:
+        return real, imaginary
+    slope = (lines.fading(path + _STEP) - lines.fading(path - _STEP)) / (2 * _STEP)
+    aside = scale * means.loss_as_path(ratios, turns) * slope
+    return fading * real - aside * imaginary, fading * imaginary + aside * real
 
 
 def gap_means(gap: Gap, camera: Camera, wavenumber: Scalar) -> GapMeans | None:

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpy.polynomial.chebyshev import chebder, chebvander
 
-from newtonjax.fields.means_in_gap import GapMeans
+from newtonjax.fields.means_in_gap import GapMeans, faded
 from newtonjax.numerics import chebyshev, cos_turns, module_of, namespace, sin_turns
 from newtonjax.scene import Lines
 
@@ -156,12 +156,9 @@ def waveform(
     def parts(turns):
         xp = namespace(lines, powers, turns)
         phase = 2 * np.pi * (lines.ratios - shift)[:, None] * turns
-        faded = lines.fading(turns)
-        waves = xp.cos(phase), xp.sin(phase)
-        if means is not None:
-            waves = means.of(lines.ratios[:, None], turns, *waves)
-        along = powers @ (faded * waves[0])
-        return along if only_real else xp.concatenate([along, powers @ (faded * waves[1])])
+        along, aside = faded(lines, means, turns, xp.cos(phase), xp.sin(phase))
+        along = powers @ along
+        return along if only_real else xp.concatenate([along, powers @ aside])
 
     return tabulated(parts, low, high, table.panels)
 

@@ -16,6 +16,7 @@ from newtonjax.fields import (
     Waveform,
     closed_amplitudes,
     combined,
+    faded,
     fringes_by_table,
     gap_means,
     image_in_channels,
@@ -124,9 +125,10 @@ def _line_by_line(turns, background, mutual, channels: Channels, means: GapMeans
     lines = channels.lines
     ratios = lines.ratios.reshape(-1, 1, 1)
     waves = cos_turns(ratios * turns)
-    if means is not None:
-        waves, _ = means.of(ratios, turns, waves, sin_turns(ratios * turns))
-    waves = waves * lines.fading(turns)
+    if means is None:
+        waves = waves * lines.fading(turns)
+    else:
+        waves, _ = faded(lines, means, turns, waves, sin_turns(ratios * turns))
     image = jnp.einsum("cl,lyx->yxc", jnp.asarray(channels.powers), waves, precision="highest")
     return background * channels.powers.sum(axis=1) + mutual * image
 

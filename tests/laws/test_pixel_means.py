@@ -116,6 +116,18 @@ def test_what_a_plan_states_bounds_what_means_and_sources_err_by(options, apertu
     assert np.abs(np.asarray(nj.render(scene, camera)) - expected).max() > 3e-3 * expected.max()
 
 
+@pytest.mark.parametrize("light", ["546nm/10nm", "546nm/10nm/lorentzian"])
+def test_a_blur_takes_more_of_the_shorter_waves_of_a_line(light):
+    if light.endswith("lorentzian"):
+        light = nj.spectral_line(546e-9, 10e-9, "lorentzian")
+    scene = nj.newton_rings(0.2, light=light, gap=6e-6)
+    camera = nj.Camera((12, 14), 14e-6, centre_px=(-45.0, -30.0))  # fringes 9 pixels wide, of order 26
+    expected = convolved(scene, camera, 15, 1.0)
+    image = np.asarray(nj.render(scene, replace(camera, blur=1.0), BY_FORMULA))
+    # Of one wave for the whole line, the picture is 2.5e-3 and 1.2e-3 off.
+    assert np.abs(image - expected).max() <= 1e-4 * expected.max()
+
+
 def test_a_blurred_parabola_is_exact_however_strong_the_blur():
     # The faces' parabola bends by 0.04 turns per pixel²; sums over its exact phase with the weights of the blur.
     wavelength, pixel, blur, radius = 500e-9, 40e-6, 2.0, 0.16
