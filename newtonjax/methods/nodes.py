@@ -44,7 +44,15 @@ from newtonjax.methods.many_wavelengths import (
     table_of,
     turn_range,
 )
-from newtonjax.methods.node_waves import NodeLight, Waves, at_nodes, of_one_direction, wave_count, wave_parts, waves_for
+from newtonjax.methods.node_waves import (
+    NodeLight,
+    Waves,
+    at_nodes,
+    of_one_direction,
+    wave_count,
+    wave_parts,
+    waves_for,
+)
 from newtonjax.methods.pictures import OnNodes
 from newtonjax.methods.source_directions import error_between_directions, light_at_nodes
 from newtonjax.numerics import chebyshev, is_concrete, shown
