@@ -1,5 +1,8 @@
 """Frames of one surface, stepped in phase: read at the size that a form needs, and cut to their pupil."""
 
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -46,8 +49,10 @@ def frames_of_surface(
     Raises ValueError for fewer than three, for frames of different shapes, and FileNotFoundError.
     """
     sources, scale = _sources(images, mask)
-    views = [_view(source, scale, transfer, mask) for source in sources]
-    shapes = sorted({view.image.shape for view in views})
+    photographs = (read(_smaller(source, scale), transfer, mask, None) for source in sources)
+    first = next(photographs)
+    views = [_view(photograph, mask is not None) for photograph in chain([replace(first)], photographs)]
+    shapes = sorted({view.usable.shape for view in views})
     if len(shapes) > 1:
         raise ValueError(f"frames have {shapes[0]} and {shapes[1]} pixels; give frames of one shape, of one camera")
     if pupil is None:
@@ -58,7 +63,7 @@ def frames_of_surface(
     usable = np.all([view.usable for view in views], axis=0)
     lights, square, used = [], circle, usable
     for view in views:
-        image, used, square = around(view.image, usable, circle)
+        image, used, square = around(view.light(), usable, circle)
         image, used = reduced(image, used, factor)
         square = square.reduced(factor)
         lights.append(image)
@@ -75,7 +80,7 @@ def frames_of_surface(
         cells,
         circle,
         sd,
-        read(_smaller(sources[0], scale), transfer, mask, None),
+        first,
         scale,
     )
 
@@ -88,19 +93,16 @@ def _on_disc(image: np.ndarray, disc: Any, circle: Pupil) -> np.ndarray:
 
 
 class _View(NamedTuple):
-    """What is kept of a frame: its light, the pixels that may be used, its pupil and the scatter of that."""
+    """What is kept of a frame: its light, made of its codes when asked for, its usable pixels, its pupil and scatter."""
 
-    image: np.ndarray
+    light: Callable[[], np.ndarray]
     usable: np.ndarray
     pupil: Pupil
     pupil_sd: float | None
 
 
-def _view(source: Any, scale: int, transfer: Any, mask: Any) -> _View:
-    photograph = read(_smaller(source, scale), transfer, mask, None)
-    return _View(
-        photograph.image.astype(np.float32), usable_pixels(photograph, mask is not None), *pupil_of(photograph)
-    )
+def _view(photograph: Photograph, has_mask: bool) -> _View:
+    return _View(photograph.codes.whole, usable_pixels(photograph, has_mask), *pupil_of(photograph))
 
 
 def _sources(images: Any, mask: Any) -> tuple[list, int]:

@@ -22,8 +22,8 @@ from newtonjax.rays import Arrival, Route, Setting, arrive_all, arrive_without_d
 from newtonjax.scene import Camera, Scene, Source, corners, node_points, source_of
 
 # Beams and points of one call. A small call costs what it takes to start its many loops, which two beams share; a large
-# one what its rays cost, half as much a ray. Four small ones do 17 x 17 nodes and the frame's corners.
-FEW, MANY = (2, 74), (1, 1024)
+# one what its rays cost, half as much a ray. One small one does 9 x 9 nodes and the frame's corners, three do 17 x 17.
+FEW, MANY = (2, 98), (1, 1024)
 # The most points that small calls work through: 41 x 41 nodes and the corners, the finest grid of a plan. To compile
 # the other program takes a second, and saves four milliseconds of these.
 FOR_FEW = 41**2 + 4

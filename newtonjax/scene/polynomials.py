@@ -1,11 +1,13 @@
 """Sums of powers and of Chebyshev products with two derivatives, for numbers, traced numbers and jets.
 
-Traced, they are loops over the degree: written out they would be most of what there is to compile of a ray.
+Traced, powers are a loop over the degree, which compiles sooner than what is written out. A loop over Chebyshev's
+polynomials, and sums over an axis of a table, would take most of a ray's time: these are written out.
 """
 
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 
 from newtonjax.numerics import Jet, jets
 
@@ -35,27 +37,36 @@ def powers(coefficients, q) -> tuple[Any, Any, Any]:
 
 def _chebyshev(u, count: int, traced: bool) -> Any:
     """T_k(u) and its first two derivatives, each [count, ...]."""
+    if traced:
+        return _by_doubling(u, count)
     zero = 0.0 * u
-
-    def step(state, _):
-        current, before = state
+    # Before T_0 comes T_1.
+    current, before = (1.0 + zero, zero, zero), (u, 1.0 + zero, zero)
+    rows = []
+    for _ in range(count):
+        rows.append(current)
         value, slope, bend = current
         after = (
             2 * u * value - before[0],
             2 * u * slope + 2 * value - before[1],
             2 * u * bend + 4 * slope - before[2],
         )
-        return (after, current), current
-
-    # Before T_0 comes T_1.
-    state = ((1.0 + zero, zero, zero), (u, 1.0 + zero, zero))
-    if traced:
-        return jax.lax.scan(step, state, None, length=count)[1]
-    rows = []
-    for _ in range(count):
-        state, current = step(state, None)
-        rows.append(current)
+        current, before = after, current
     return [jets.stack(row) for row in zip(*rows, strict=True)]
+
+
+def _by_doubling(u, count: int) -> Any:
+    """The same by T_{n+k} = 2 T_n T_k - T_{n-k}: as few steps as the degree has binary digits."""
+    one, zero = jnp.ones_like(u), jnp.zeros_like(u)
+    value, slope, bend = jnp.stack([one, u]), jnp.stack([zero, one]), jnp.stack([zero, zero])
+    while len(value) < count:
+        t, t1, t2 = value[-1], slope[-1], bend[-1]
+        v, s, b = value[1:], slope[1:], bend[1:]
+        v0, s0, b0 = (part[-2::-1] for part in (value, slope, bend))
+        value = jnp.concatenate([value, 2 * t * v - v0])
+        slope = jnp.concatenate([slope, 2 * (t1 * v + t * s) - s0])
+        bend = jnp.concatenate([bend, 2 * (t2 * v + 2 * t1 * s + t * b) - b0])
+    return value[:count], slope[:count], bend[:count]
 
 
 def chebyshev_table(table, u, v) -> Any:
@@ -65,12 +76,13 @@ def chebyshev_table(table, u, v) -> Any:
     behind its first two, as many as u and v.
     """
     traced = _is_traced(table, u, v)
-    xp = jax.numpy if traced else jets
+    xp = jnp if traced else jets
     at = xp.stack([v, u])
     within = abs(at) <= EDGE
     edge = xp.where(within, at, xp.where(at > 0, 1.0, -1.0))
     value, slope, bend = _chebyshev(edge, len(table), traced)
     # [degree, order, v or u, ...]
     orders = xp.stack([value + (at - edge) * slope, slope, xp.where(within, bend, 0.0)], 1)
-    rows = (orders[:, :, None, 0] * table[:, None]).sum(0)  # [order in v, degree in u, ...]
-    return (rows[:, :, None] * orders[None, :, :, 1]).sum(1)
+    # Sums written out: of an axis that is not the last one XLA makes slow loops.
+    rows = sum(orders[j, :, None, 0] * table[j] for j in range(len(table)))  # [order in v, degree in u, ...]
+    return sum(rows[:, i, None] * orders[i, :, 1] for i in range(len(table)))

@@ -17,9 +17,9 @@ from newtonjax.scene.vectors import Vectors, dot
 
 # Powers of the radius: r⁴, r⁶, ... r¹⁸, and r³, r⁵, ... r¹⁷.
 TERMS = 8
-# Newton's method ends when all steps are this small [m]: what remains is less than their square. Most figures take two,
-# 1 mm of asphere at a radius of 10 mm four; so many are the most.
-_SMALL, _STEPS = 1e-16, 8
+# Newton's method ends when all rays move aside by this at most [m], where second derivatives say the height there to
+# rounding. Most figures take one step, 1 mm of asphere at a radius of 10 mm four; so many are the most.
+_NEAR, _STEPS = 1e-10, 8
 # A step is no longer than the distance from the axis, and this [m]; a ray that is farther off at the end misses [m].
 _STEP, _MISS = 1e-4, 1e-12
 
@@ -33,6 +33,13 @@ class Height(NamedTuple):
     by_xx: Any
     by_xy: Any
     by_yy: Any
+
+    def beside(self, move_x, move_y) -> "Height":
+        """So far aside [m], to second order."""
+        by_x = self.by_xx * move_x + self.by_xy * move_y
+        by_y = self.by_xy * move_x + self.by_yy * move_y
+        z = self.z + (self.by_x + by_x / 2) * move_x + (self.by_y + by_y / 2) * move_y
+        return Height(z, self.by_x + by_x, self.by_y + by_y, *self[3:])
 
 
 class Shape(NamedTuple):
@@ -146,7 +153,7 @@ class Shape(NamedTuple):
         if any(isinstance(leaf, Jet) for leaf in jax.tree.leaves(numbers)):
             way = self.start(x, y, direction)
             for _ in range(_STEPS // 2):
-                way = _next(numbers, way)[0]
+                way = way + _step(numbers, way)[0]
             height = self.height(x + way * direction[0], y + way * direction[1])
         else:
             way, height = _meet(numbers)
@@ -198,13 +205,13 @@ def _at(numbers, way) -> Height:
     return shape.height(x + way * dx, y + way * dy)
 
 
-def _next(numbers, way) -> tuple[Any, Height]:
-    """A step of Newton's method, and the height from which it was made."""
+def _step(numbers, way) -> tuple[Any, Height]:
+    """A step of Newton's method, and the height from which it is made."""
     _, x, y, (dx, dy, along) = numbers
     xp, height = namespace(numbers, way), _at(numbers, way)
     step = (way * along - height.z) / _slope(xp, height, (dx, dy, along))
     longest = value_of(abs(x) + abs(y) + _STEP)
-    return way - xp.where(abs(step) <= longest, step, xp.where(step > 0, longest, -longest)), height
+    return -xp.where(abs(step) <= longest, step, xp.where(step > 0, longest, -longest)), height
 
 
 def _slope(xp, height: Height, direction):
@@ -223,8 +230,10 @@ def _meet(numbers) -> tuple[Any, Height]:
 
     def step(state):
         way, _, _, count = state
-        after, height = _next(numbers, way)
-        return after, height, ((abs(after - way) <= _SMALL) | is_sphere).all(), count + 1
+        step, height = _step(numbers, way)
+        move_x, move_y = step * ray[2][0], step * ray[2][1]
+        near = (abs(move_x) + abs(move_y) <= _NEAR) | is_sphere
+        return way + step, height.beside(move_x, move_y), near.all(), count + 1
 
     state = (way, level, is_sphere.all(), 0)
     return jax.lax.while_loop(lambda state: ~state[2] & (state[3] < _STEPS), step, state)[:2]
