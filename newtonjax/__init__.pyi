@@ -25,6 +25,7 @@ from newtonjax.scene import ChebyshevFigure as ChebyshevFigure
 from newtonjax.scene import Coating as Coating
 from newtonjax.scene import CollectingLens as CollectingLens
 from newtonjax.scene import Extent as Extent
+from newtonjax.scene import Forbes as Forbes
 from newtonjax.scene import HeightMap as HeightMap
 from newtonjax.scene import Light as Light
 from newtonjax.scene import Response as Response

@@ -93,7 +93,7 @@ def _on_disc(image: np.ndarray, disc: Any, circle: Pupil) -> np.ndarray:
 
 
 class _View(NamedTuple):
-    """What is kept of a frame: its light, made of its codes when asked for, its usable pixels, its pupil and scatter."""
+    """A frame: its light, made of codes when asked for, the pixels that may be used, its pupil and the scatter of that."""
 
     light: Callable[[], np.ndarray]
     usable: np.ndarray

@@ -32,6 +32,7 @@ from newtonjax.scene.extent import order_for as order_for
 from newtonjax.scene.extent import tilt_towards as tilt_towards
 from newtonjax.scene.figures import AbstractFigure as AbstractFigure
 from newtonjax.scene.figures import ChebyshevFigure as ChebyshevFigure
+from newtonjax.scene.forbes import Forbes as Forbes
 from newtonjax.scene.gap import Gap as Gap
 from newtonjax.scene.gap import Profile as Profile
 from newtonjax.scene.gap import focus_height as focus_height

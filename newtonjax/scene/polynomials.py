@@ -4,6 +4,8 @@ Traced, powers are a loop over the degree, which compiles sooner than what is wr
 polynomials, and sums over an axis of a table, would take most of a ray's time: these are written out.
 """
 
+from functools import reduce
+from operator import add
 from typing import Any
 
 import jax
@@ -84,5 +86,6 @@ def chebyshev_table(table, u, v) -> Any:
     # [degree, order, v or u, ...]
     orders = xp.stack([value + (at - edge) * slope, slope, xp.where(within, bend, 0.0)], 1)
     # Sums written out: of an axis that is not the last one XLA makes slow loops.
-    rows = sum(orders[j, :, None, 0] * table[j] for j in range(len(table)))  # [order in v, degree in u, ...]
-    return sum(rows[:, i, None] * orders[i, :, 1] for i in range(len(table)))
+    degrees = range(len(table))
+    rows = reduce(add, (orders[j, :, None, 0] * table[j] for j in degrees))  # [order in v, degree in u, ...]
+    return reduce(add, (rows[:, i, None] * orders[i, :, 1] for i in degrees))

@@ -162,7 +162,7 @@ def _shape_of(surface: Surface, xp, size: int, directions) -> Shape:
     # Of the class or its numbers: to name a method of a module takes equinox 20 us, a number 2 us.
     numbers = vars(surface)
 
-    def number(value, otherwise: float = 0.0):
+    def number(value, otherwise=0.0):
         return xp.asarray(otherwise if value is None else value, dtype=float)
 
     def padded(terms):
