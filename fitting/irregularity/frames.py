@@ -93,7 +93,7 @@ def _on_disc(image: np.ndarray, disc: Any, circle: Pupil) -> np.ndarray:
 
 
 class _View(NamedTuple):
-    """A frame: its light, made of codes when asked for, the pixels that may be used, its pupil and the scatter of that."""
+    """What is kept of a frame: its light, made of codes when asked for, usable pixels, pupil and its scatter."""
 
     light: Callable[[], np.ndarray]
     usable: np.ndarray
