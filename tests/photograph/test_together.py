@@ -135,6 +135,20 @@ def test_pictures_of_one_lens_give_one_radius_with_the_spread_between_them():
     assert fitting.Together.from_dict(result.to_dict()) == result
 
 
+def test_three_wavelengths_share_the_scales_error_and_average_their_own():
+    lines = (435.8e-9, 546.1e-9, 578.0e-9)
+    images, radii = zip(*(lens(14.0, seed=k, noise=0.1, wavelength=line) for k, line in enumerate(lines)), strict=True)
+    given = {"pixel_size": PIXEL, "pixel_size_sd": "0.1%", "wavelength_sd": "0.1%", "view": "reflected"}
+    shared = ("radius", "pixel_size", "distortion")
+    together = fitting.fit_together(images, wavelength=list(lines), shared=shared, parts=NO_CONTACT, **given)
+    alone = fitting.fit(images[1], wavelength=lines[1], parts=NO_CONTACT, **given)
+    radius, sd = together.members[0].value, together.members[0].sd
+    assert abs(radius - radii[0]) < 2 * sd < 2 * alone.radius_sd
+    rows, of_one = dict(together.budget), dict(alone.budget)
+    assert rows["pixel_size"] == pytest.approx(of_one["pixel_size"], rel=1e-3)
+    assert rows["wavelength"] == pytest.approx(of_one["wavelength"] / np.sqrt(3), rel=1e-2)
+
+
 def test_a_picture_of_another_camera_and_another_lens_is_named():
     images = [lens(12.0, 0.0, 1)[0], lens(12.0, 0.0, 2)[0], lens(12.4, 0.06, 3)[0]]
     forced = NO_CONTACT | {"distortion": True, "fifth_order": False}
