@@ -59,8 +59,8 @@ def _chebyshev(u, count: int, traced: bool) -> Any:
 
 def _by_doubling(u, count: int) -> Any:
     """The same by T_{n+k} = 2 T_n T_k - T_{n-k}: as few steps as the degree has binary digits."""
-    one, zero = jnp.ones_like(u), jnp.zeros_like(u)
-    value, slope, bend = jnp.stack([one, u]), jnp.stack([zero, one]), jnp.stack([zero, zero])
+    ones, zeros = jnp.ones_like(u), jnp.zeros_like(u)
+    value, slope, bend = jnp.stack([ones, u]), jnp.stack([zeros, ones]), jnp.stack([zeros, zeros])
     while len(value) < count:
         t, t1, t2 = value[-1], slope[-1], bend[-1]
         v, s, b = value[1:], slope[1:], bend[1:]
