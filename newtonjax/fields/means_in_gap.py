@@ -45,30 +45,33 @@ class GapMeans(NamedTuple):
     def of(self, ratios, turns, real, imaginary) -> tuple[Any, Any]:
         """The means of real and imaginary parts of waves, of these wavenumbers over the mean one."""
         xp = namespace(self, ratios, turns)
-        bending, square = (
-            ratios * self.bending,
-            ratios * ratios * (self.square + 2 * self.bending * (turns - self.turns)),
-        )
-        along, aside, turned = 1.0, 0.0, 0.0
+        along, aside, turned, total = 1.0, 0.0, 0.0, 1.0
         if self.blur is not None:
-            turned = 2 * np.pi * bending * self.blur
-            total = 1 / (1 + turned * turned)
-            loss = 2 * np.pi**2 * self.blur * square * total
-            angle, size = -turned * loss, total * xp.exp(-loss)
-            cosine, sine = size * xp.cos(angle), size * xp.sin(angle)
-            along, aside = cosine - turned * sine, sine + turned * cosine
-            square = square * total
+            size, angle, turned, total = self.blurred(ratios, turns)
+            along, aside = size * xp.cos(angle), size * xp.sin(angle)
         if self.side is not None:
-            box, bent = _of_square(xp, self.side, square, bending, turned)
+            square = ratios * ratios * self._square_at(turns) * total
+            box, bent = _of_square(xp, self.side, square, ratios * self.bending, turned)
             along, aside = along * box - aside * bent, along * bent + aside * box
         return along * real - aside * imaginary, along * imaginary + aside * real
+
+    def blurred(self, ratios, turns) -> tuple[Any, ...]:
+        """Modulus and angle of what the blur leaves; 2π κ b², and the square of the modulus of z."""
+        xp = namespace(self, ratios, turns)
+        turned = 2 * np.pi * ratios * self.bending * self.blur
+        total = 1 / (1 + turned * turned)
+        loss = (2 * np.pi**2 * self.blur * ratios * ratios * total) * self._square_at(turns)
+        return xp.sqrt(total) * xp.exp(-loss), xp.arctan(turned) - turned * loss, turned, total
 
     def loss_as_path(self, ratios, turns) -> Any:
         """By how much the mean falls with the wavenumber, as an imaginary path [turns], to leading order."""
         variance = 0.0 if self.blur is None else self.blur
         if self.side is not None:
             variance = variance + self.side / 12
-        return 2 * np.pi * variance * ratios * (self.square + 2 * self.bending * (turns - self.turns))
+        return 2 * np.pi * variance * ratios * self._square_at(turns)
+
+    def _square_at(self, turns) -> Any:
+        return self.square + 2 * self.bending * (turns - self.turns)
 
 
 def faded(lines: Lines, means: GapMeans | None, turns, real, imaginary, scale=1.0) -> tuple[Any, Any]:

@@ -43,7 +43,7 @@ from newtonjax.scene import Camera, Scene, channels_of, require_bench
 # Nodes to a side of the probes; a grid is judged by one that has at least so many more.
 _COARSE, _FINE, _FINEST, _BEYOND = 17, 33, 41, 4
 # What tables of a spectrum may err by, of the tolerance; and those that hold what pixels leave of the fringes.
-_OF_TABLES, _OF_MEANS = 0.02, 0.1
+_OF_TABLES, _OF_MEANS = 0.02, 0.2
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,15 @@ from newtonjax.scene import (
     node_points,
     require_bench,
 )
-from newtonjax.verbs.light_parts import Omission, of_extent, of_line_width, of_pixel, of_spectrum, peak_of, way_of_means
+from newtonjax.verbs.light_parts import (
+    Omission,
+    of_extent,
+    of_line_width,
+    of_pixel,
+    of_spectrum,
+    peak_of,
+    way_of_means,
+)
 from newtonjax.verbs.rendering import render
 
 # Points to a side at which fields with and without a part are compared, and what may hide in between.
