@@ -6,9 +6,9 @@ it each curve of the camera is 4 nm off, channels mix by 4 %, and every other ca
 Pictures under sodium, cadmium, a white LED and white light are fitted as mercury's, and have to be refused.
 
 Three lenses before each camera under light of bands (`banded_light`) are fitted with the curves of lamp and camera
-given. On the model these are right but for tilts and curvatures out of their priors; off it each response is 4 nm off,
-channels mix by 4 % and the lamp is tilted by 15 % over 50 nm. Another lamp or a camera of another kind is to be
-refused, or stated with what it costs.
+given. On the model these are right but for tilts, curvatures and a common error of all wavelengths out of their
+priors; off it each response is 4 nm off, channels mix by 4 % and the lamp is tilted by 15 % over 50 nm. Another lamp
+or a camera of another kind is to be refused, or stated with what it costs.
 
     python -m experiments.truth.colour_pairs [--cameras 40] [--light lines bands] [--quick]
 """
@@ -78,17 +78,17 @@ def _with_ratios(lines: list[dict]) -> list[dict]:
 def banded_camera(seed: int, is_off: bool) -> list[dict]:
     """As `camera`, under a lamp of bands; the curves that are given are those of the catalogue."""
     rng, lamp = np.random.default_rng([seed, 37]), BANDED[seed // 2 % len(BANDED)]
-    powers = banded_light(lamp)
+    powers, common = banded_light(lamp), 0.0
     if is_off:
         curves = responses(rng.normal(0, 4, 3), 0.04)
         powers = powers * np.exp(0.15 * rng.normal() * (WAVELENGTHS - 560e-9) / 50e-9)
     else:
-        curves = changed(responses(), powers, rng)
+        curves, common = changed(responses(), powers, rng), 0.008 * rng.normal()
     blur, lines = rng.uniform(0.7, 1.6), []
     for lens in range(BANDED_LENSES):
         truth = random_truth(rng, lamp, SHAPE)._replace(blur=blur)
         line = {"seed": seed, "off": is_off, "lens": lens, "banded": lamp}
-        lines.append(line | _banded(truth, rng, curves, powers, lamp))
+        lines.append(line | _banded(truth, rng, curves, powers, lamp, common))
     return _with_ratios(lines)
 
 
@@ -102,8 +102,12 @@ def other_curves(seed: int) -> dict:
     return {"seed": seed, "given": given or "another camera", "of": lamp} | answer
 
 
-def _banded(truth: Truth, rng: np.random.Generator, curves: np.ndarray, powers: np.ndarray, given: str) -> dict:
-    image = picture(truth, rng, curves, SHAPE, light=(WAVELENGTHS, powers))
+def _banded(
+    truth: Truth, rng: np.random.Generator, curves: np.ndarray, powers: np.ndarray, given: str, common: float = 0.0
+) -> dict:
+    """The answer under the curves of the lamp `given`; `common`: relative error of all wavelengths of the truth's."""
+    shifted = np.stack([np.interp(WAVELENGTHS / (1 + common), WAVELENGTHS, row) for row in curves])
+    image = picture(truth, rng, shifted, SHAPE, light=(WAVELENGTHS * (1 + common), powers))
     fit = fitting.fit(
         image,
         light=sampled_spectrum(WAVELENGTHS, banded_light(given)),

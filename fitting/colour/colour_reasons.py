@@ -33,6 +33,10 @@ class ColourReason(Wording):
         "expected, they leave {share:.1e} of the fringes' variance beyond noise; {sd:.1%} of the wavelengths is in the "
         "budget"
     )
+    WAVELENGTHS_ASSUMED = (
+        "rings do not tell by how much all wavelengths of lamp and camera are off together: {sd:.1%} is in the budget; "
+        "state it (wavelength_sd, --wavelength-sd) if their curves are better known, or worse"
+    )
     FURTHER_LINES = (
         "a lamp of {lamp} has further lines, which the channels of this photograph see: with all of them the fringe "
         "scale changes by {change:.1%}, which is in the budget; give light={lamp!r} (--light {lamp}) for the radius by "

@@ -91,7 +91,10 @@ class Misfit(NamedTuple):
 
     @property
     def wavelength_sd(self) -> float | None:
-        """Relative standard deviation of all wavelengths together; None where the curves are others than the rings'."""
+        """Relative standard deviation of the wavelengths, by the rings; None where the curves are others than theirs.
+
+        It is at least that: an error that all wavelengths have in common leaves the rings as they are.
+        """
         for limit, sd in _CLASSES:
             if all(size <= most for size, most in zip(self, limit, strict=True)):
                 return sd

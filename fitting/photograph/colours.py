@@ -33,7 +33,8 @@ def fit_channels(task: Task, rings: Rings, light: LampLight, arguments: dict[str
     _check_response(channels, light)
     photographs = with_light(channels)
     fit = measured_under(task, rings, photographs, light)
-    verdict = verdict_on_light(fit, rings.scale, light)
+    stated = task.quantities.sd.get("wavelength")
+    verdict = verdict_on_light(fit, rings.scale, light, None if stated is None else stated / light.reference)
     of_photograph = [*task.photograph.warnings, *_dark(channels, photographs)]
     common = {
         "measured": task.quantities.unknown or "radius",

@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+import numpy as np
+
 from fitting.colour import BANDS_ALONE, ONE_LINE, ColourFit, ColourReason, misfit, odds_of_lamps
 from fitting.photograph.light_words import LampLight
 from newtonjax.numerics import Statement
@@ -9,8 +11,8 @@ from newtonjax.numerics import Statement
 # Odds (natural logarithm) that lines need over bands alone, and several lines over a single one; and at which another
 # lamp is believed instead.
 _LEAST_ODDS, _SEVERAL_LINES, _OTHER_LAMP = 5.0, 40.0, 30.0
-# A standard deviation of curves from which on the person is told.
-_NOTABLE = 1e-3
+# Relative standard deviation of all wavelengths of given curves together, where none is stated: rings do not tell it.
+_USUAL = 0.008
 
 
 class LightVerdict(NamedTuple):
@@ -18,7 +20,7 @@ class LightVerdict(NamedTuple):
 
     - `reason`: why it is not that of the rings; None where it is.
     - `model`: words of the model, by name; `warnings`.
-    - `wavelength_sd`: relative standard deviation of all its wavelengths together.
+    - `wavelength_sd`: relative standard deviation of all its wavelengths together, beyond what is stated.
     """
 
     reason: Statement | None
@@ -27,9 +29,12 @@ class LightVerdict(NamedTuple):
     wavelength_sd: float = 0.0
 
 
-def verdict_on_light(fit: ColourFit, scale: float, light: LampLight) -> LightVerdict:
-    """Of a fit under lines or under curves; `scale`: of the search's rings [turns per px²]."""
-    return _on_lines(fit, scale, light) if light.curves is None else _on_curves(fit, light)
+def verdict_on_light(fit: ColourFit, scale: float, light: LampLight, stated: float | None) -> LightVerdict:
+    """Of a fit under lines or under curves.
+
+    `scale`: of the search's rings [turns per px²]; `stated`: relative standard deviation of the wavelengths of curves.
+    """
+    return _on_lines(fit, scale, light) if light.curves is None else _on_curves(fit, light, stated)
 
 
 def _on_lines(fit: ColourFit, scale: float, light: LampLight) -> LightVerdict:
@@ -62,7 +67,7 @@ def doubt_of(odds: dict[str, float], light: LampLight, components: int) -> State
     return None
 
 
-def _on_curves(fit: ColourFit, light: LampLight) -> LightVerdict:
+def _on_curves(fit: ColourFit, light: LampLight, stated: float | None) -> LightVerdict:
     size = misfit(fit.fit)
     curve, free = fit.fit.optimum.curve, fit.fit.problem.free
     changes = [f"{name.replace('_', ' of ')} {getattr(curve, name):+.2f}" for name in free if name.startswith("tilt")]
@@ -72,8 +77,13 @@ def _on_curves(fit: ColourFit, light: LampLight) -> LightVerdict:
         "curves": f"{', '.join(changes)}; left over beyond noise: {size.share:.1e} of the fringes' variance, "
         f"{size.worst:.1e} in the worst channel",
     }
-    sd = size.wavelength_sd
-    if sd is None:
+    by_rings = size.wavelength_sd
+    if by_rings is None:
         return LightVerdict(ColourReason.OTHER_CURVES(share=size.share, change=size.change), model)
-    warnings = (ColourReason.CURVES_OFF(share=size.share, change=size.change, sd=sd),) if sd > _NOTABLE else ()
-    return LightVerdict(None, model, warnings, sd)
+    if by_rings >= _USUAL:
+        warnings = (ColourReason.CURVES_OFF(share=size.share, change=size.change, sd=by_rings),)
+    else:
+        warnings = () if stated is not None else (ColourReason.WAVELENGTHS_ASSUMED(sd=_USUAL),)
+    known = 0.0 if stated is None else stated
+    least = _USUAL if stated is None else 0.0
+    return LightVerdict(None, model, warnings, float(np.sqrt(max(max(by_rings, least) ** 2 - known**2, 0.0))))

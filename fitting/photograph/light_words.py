@@ -56,7 +56,8 @@ def light_of(arguments: dict[str, Any]) -> LampLight:
     if not isinstance(light, str | Spectrum):
         raise ValueError(f"light is {shown(light)}; allowed: words such as 'mercury', or a Spectrum")
     for name in _APART:
-        if arguments[name] is not None:
+        # Of curves a person may know by how much all their wavelengths are off.
+        if arguments[name] is not None and not (name == "wavelength_sd" and response is not None):
             raise ValueError(f"light and {name} do not go together: a fit under light has all channels; leave one out")
     spectrum = lamp(light) if isinstance(light, str) else light
     lines = lines_of(spectrum)

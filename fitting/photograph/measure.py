@@ -114,7 +114,8 @@ def fit(
       response: of the camera's channels to light of bands, red, green and blue or one, as a Response or in the words of
         `newtonjax.camera_response`. Each channel has the lamp's spectrum times its curve, which may be tilted and bent
         (0.3 of either over 50 nm, 1 sd); what is left over says what the curves may be off by, up to where the radius
-        is refused. The fringe scale is that of the middle one of the channels' mean wavelengths.
+        is refused. By how much all their wavelengths are off together rings do not tell: wavelength_sd, or 0.8 %. The
+        fringe scale is that of the middle one of the channels' mean wavelengths.
       channel: "red", "green" or "blue"; without it the one with the clearest rings.
       noise: by which pixels are weighed, at the light that a fit of equal weights finds. "estimated": the variance at
         each level of light, from what that fit leaves over; "shot": in proportion to the light; (full well, read noise)

@@ -77,8 +77,9 @@ def arguments_of(options: FitOptions) -> dict:
         del arguments["pixel_size"]
         arguments["scale"] = options.scale_from
     if options.lamp is not None:
-        of_light = {name: value for name, value in arguments.items() if name != "wavelength_sd"}
-        return {**of_light, "light": options.lamp, "view": options.view}
+        # A lamp's lines are known; of curves a person may say how well.
+        of_curves = None if options.response is None else options.wavelength_sd
+        return {**arguments, "wavelength_sd": of_curves, "light": options.lamp, "view": options.view}
     if options.scene is None:
         wavelength = None if options.wavelength is None else options.wavelength.given
         return {**arguments, "wavelength": wavelength, "view": options.view}
