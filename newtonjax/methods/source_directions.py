@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
@@ -126,7 +127,10 @@ def _beats(bench: Packed, camera: Camera, nodes: int) -> Beats:
 def _in_directions(scene: Scene, camera: Camera, nodes: int, sines) -> list[Beats]:
     """By rays in directions of these sines about the mean one."""
     bench, frame = pack(parallel(scene)), launch_frame(scene.light)
-    lights = [replace(scene.light, tilt=tilt_towards(frame, x, y), extent=None) for x, y in sines]
+    light = replace(scene.light, extent=None)
+    # Not `replace`, whose checks of the same numbers take a third of the time of the rays.
+    tilts = (np.asarray(tilt_towards(frame, x, y)) for x, y in sines)
+    lights = (eqx.tree_at(lambda light: light.tilt, light, tilt) for tilt in tilts)
     benches = (bench._replace(setting=towards(bench.setting, light)) for light in lights)
     return [_beats(turned, camera, nodes) for turned in benches]
 
