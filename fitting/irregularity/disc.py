@@ -85,9 +85,14 @@ def sums_of(values: np.ndarray, factor: int, dtype: type | None = None) -> np.nd
 
 def around(image: np.ndarray, mask: np.ndarray, pupil: Pupil) -> tuple[np.ndarray, np.ndarray, Pupil]:
     """Picture, mask and pupil of the square about the pupil alone: a form costs what is lit, not the frame."""
+    box, square = square_about(pupil)
+    return image[box], mask[box], square
+
+
+def square_about(pupil: Pupil) -> tuple[tuple[slice, slice], Pupil]:
+    """Rows and columns about a pupil, and the pupil there."""
     rows, columns = (
         slice(max(int(middle - pupil.radius), 0), max(int(middle + pupil.radius) + 2, 0))
         for middle in (pupil.y, pupil.x)
     )
-    square = Pupil(pupil.x - columns.start, pupil.y - rows.start, pupil.radius)
-    return image[rows, columns], mask[rows, columns], square
+    return (rows, columns), Pupil(pupil.x - columns.start, pupil.y - rows.start, pupil.radius)

@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 
 from fitting.irregularity.demodulation import remainder_of
-from fitting.irregularity.disc import Pupil, disc_of
+from fitting.irregularity.disc import Pupil, disc_of, square_about
 from fitting.irregularity.fringe_count import LEAST_COUNT, fringe_count
 from fitting.irregularity.indications import fringes_of
 from fitting.irregularity.moments import products_at
@@ -135,14 +135,15 @@ def _measured(photograph: Photograph, usable: np.ndarray, request: Request, done
     blank = Form("refused", "", pupil=pupil, pupil_sd=pupil_sd, warnings=warnings, photograph=photograph)
     if not pupil.radius >= LEAST_RADIUS:
         return replace(blank, message=Reason.PUPIL_TOO_SMALL(least=LEAST_RADIUS), pupil=None)
-    image = photograph.image
-    disc = disc_of(image, usable, pupil)
+    box, square = square_about(pupil)
+    image, inside = photograph.codes.light(box), usable[box]
+    disc = disc_of(image, inside, square)
     if disc.pixels < _LEAST_PIXELS:
         return replace(blank, message=Reason.TOO_FEW_PIXELS(usable=int(disc.pixels), total=usable.size))
-    count = fringe_count(image, usable, pupil)
+    count = fringe_count(image, inside, square)
     if count is not None and count < LEAST_COUNT:
         return replace(blank, message=Reason.FORM_FEW_FRINGES(fringes=count, least=LEAST_FRINGES))
-    candidates = search(image, usable, pupil)
+    candidates = search(image, inside, square)
     done(1, _STEPS)
     refusal = _refusal(candidates)
     if refusal is not None:

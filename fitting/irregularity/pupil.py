@@ -18,10 +18,10 @@ _FULL = 0.97
 
 def usable_pixels(photograph: Photograph, has_mask: bool) -> np.ndarray:
     """The pixels that a form may use, [rows, columns]: those at the rim too, which a search for rings leaves out."""
-    image, mask = photograph.image, photograph.mask
+    codes, mask = photograph.codes, photograph.mask
     if has_mask or not mask.any():
         return mask
-    return mask | (~photograph.lit & np.isfinite(image) & (image <= image[mask].max()))
+    return mask | (~photograph.lit & codes.between(-np.inf, float(codes.light_where(mask).max())))
 
 
 def pupil_of(photograph: Photograph) -> tuple[Pupil, float | None]:
@@ -29,11 +29,11 @@ def pupil_of(photograph: Photograph) -> tuple[Pupil, float | None]:
 
     Without an edge the largest circle in the frame, and None: a form on it is one of that circle.
     """
-    rows, columns = photograph.image.shape
+    rows, columns = photograph.codes.shape
     if photograph.lit.mean() > _FULL:
         return Pupil((columns - 1) / 2, (rows - 1) / 2, (min(rows, columns) - 1) / 2), None
     factor = max(max(rows, columns) // _SIDE, 1)
-    light = sums_of(photograph.image, factor) / factor**2
+    light, _ = photograph.codes.means(factor)
     blurred = ndimage.gaussian_filter(light, 1.0)
     size = max(int(_CLOSED * max(light.shape)), 3)
     # Dark fringes are filled, which a blur would let eat into the edge.

@@ -158,38 +158,57 @@ def _on_waves(ellipse: np.ndarray, places: np.ndarray, waves: np.ndarray, near: 
 
 
 def _on_phases(ellipse: np.ndarray, fringes: np.ndarray, middle: tuple[float, float], unit: float) -> Rings:
-    """Least squares of what is left of the phase over small blocks: its differences first, then itself."""
+    """Least squares of what is left of the phase over small blocks: its differences first, then itself.
+
+    The pixels are asked once for either: within a block the phase that rounds change is next to even.
+    """
     rows, columns = fringes.shape
-    x, y = (np.arange(columns) - middle[0]) / unit, (np.arange(rows)[:, None] - middle[1]) / unit
+    x, y = ((np.arange(n) - m) / unit for n, m in zip((columns, rows), middle, strict=True))
     down, across = (np.linspace(0, n, _BLOCKS + 1).astype(int)[:-1] for n in fringes.shape)
     block_x, block_y = (
         (0.5 * (begin + np.append(begin[1:], n) - 1) - m) / unit
         for begin, n, m in zip((across, down), (columns, rows), middle, strict=True)
     )
-    block_y = block_y[:, None]
-    total = 0j
-    for count in range(2 * _ROUNDS + 1):
-        wave = np.exp(-2j * np.pi * _turns(ellipse, x, y)).astype(np.complex64)
-        phasors = np.add.reduceat(np.add.reduceat(fringes * wave, down, axis=0), across, axis=1).astype(complex)
-        total = phasors.sum()
-        if count == 2 * _ROUNDS:
-            break
-        design = _slopes(lambda at: _turns(at, block_x, block_y), ellipse)
-        if count < _ROUNDS:
-            pairs = (phasors[1:] * np.conj(phasors[:-1]), phasors[:, 1:] * np.conj(phasors[:, :-1]))
-            rise = [np.angle(pair).ravel() / (2 * np.pi) for pair in pairs]
-            weights = np.concatenate([np.abs(pair).ravel() for pair in pairs])
-            terms = [(design[1:] - design[:-1]), (design[:, 1:] - design[:, :-1])]
-            design, residual = np.concatenate([term.reshape(-1, len(ellipse)) for term in terms]), np.concatenate(rise)
-        else:
-            residual = np.angle(phasors * np.conj(total)).ravel() / (2 * np.pi)
-            weights = np.where(np.abs(residual) < _NEAR, np.abs(phasors).ravel(), 0.0)
-            design = np.concatenate([design.reshape(-1, len(ellipse)), np.ones((residual.size, 1))], axis=1)
-        root = np.sqrt(weights / max(float(weights.max()), 1e-300))
-        change = np.linalg.lstsq(design * root[:, None], residual * root, rcond=1e-6)[0][: len(ellipse)]
-        ellipse = _held(ellipse + change, ellipse)
+
+    def turns(at: np.ndarray) -> np.ndarray:
+        return _turns(at, block_x, block_y[:, None])
+
+    def phasors_of(at: np.ndarray) -> np.ndarray:
+        angle = (2 * np.pi * (_turns(at, x, y[:, None]) % 1.0)).astype(np.float32)
+        parts = (np.add.reduceat(fringes * wave, across, axis=1) for wave in (np.cos(angle), np.sin(angle)))
+        real, imaginary = (np.add.reduceat(part, down, axis=0).astype(float) for part in parts)
+        return real - 1j * imaginary
+
+    for change_of in (_by_differences, _by_phases):
+        phasors, there = phasors_of(ellipse), turns(ellipse)
+        for _ in range(_ROUNDS):
+            turned = phasors * np.exp(2j * np.pi * (there - turns(ellipse)))
+            ellipse = _held(ellipse + change_of(turned, _slopes(turns, ellipse)), ellipse)
+    total = phasors_of(ellipse).sum()
     constant = float(np.angle(total)) / (2 * np.pi)
     power = float((fringes.astype(float) ** 2).sum()) * np.count_nonzero(fringes) + 1e-30
     centre = (float(middle[0] + unit * ellipse[1]), float(middle[1] + unit * ellipse[2]))
     bend = Bend(float(ellipse[3]), float(ellipse[4]), float(ellipse[5]), middle, unit)
     return Rings(float(ellipse[0]) / unit**2, centre, constant, float(2 * abs(total) ** 2 / power), bend)
+
+
+def _by_differences(phasors: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+    """Change of the ellipse by the phase's differences between neighbouring blocks."""
+    pairs = (phasors[1:] * np.conj(phasors[:-1]), phasors[:, 1:] * np.conj(phasors[:, :-1]))
+    rise, weights = (np.concatenate([of(pair).ravel() for pair in pairs]) for of in (np.angle, np.abs))
+    terms = [slopes[1:] - slopes[:-1], slopes[:, 1:] - slopes[:, :-1]]
+    design = np.concatenate([term.reshape(-1, slopes.shape[-1]) for term in terms])
+    return _weighted_least_squares(design, rise / (2 * np.pi), weights)
+
+
+def _by_phases(phasors: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+    """Change of the ellipse by the phase of the blocks that are near to the mean's."""
+    residual = np.angle(phasors * np.conj(phasors.sum())).ravel() / (2 * np.pi)
+    weights = np.where(np.abs(residual) < _NEAR, np.abs(phasors).ravel(), 0.0)
+    design = np.concatenate([slopes.reshape(-1, slopes.shape[-1]), np.ones((residual.size, 1))], axis=1)
+    return _weighted_least_squares(design, residual, weights)[:-1]
+
+
+def _weighted_least_squares(design: np.ndarray, residual: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    root = np.sqrt(weights / max(float(weights.max()), 1e-300))
+    return np.linalg.lstsq(design * root[:, None], residual * root, rcond=1e-6)[0]

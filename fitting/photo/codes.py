@@ -81,7 +81,8 @@ class Codes:
         codes = self.codes[start:stop, columns]
         if self._single is None:
             return self.curve(codes).astype(np.float32)
-        return self._single[codes.view(self._index)]
+        # In half the time of an index.
+        return np.take(self._single, codes.view(self._index))
 
     def whole(self) -> np.ndarray:
         """Light of all codes, float32 [rows, columns]."""

@@ -14,35 +14,29 @@ from numpy.polynomial.polynomial import polyvander2d
 from scipy.optimize import least_squares
 
 from fitting.photo import Photograph, Rings, view_of
+from fitting.photograph.sharp_waveform import NAMES, finesse_of, slopes, waveform
 
 # Pixels that are looked at: to find the sharpness, and to measure.
 _FEW_PIXELS, _PIXELS = 3000, 12_000
 # Ratios of neighbouring harmonics from which the fit starts, one after the other.
 _STARTS = (0.35, 0.6, 0.8, 0.9)
-_MOST_SHARP = 0.995
+# Largest values of numbers that are not negative.
+_MOST = {"ratio": 0.995, "variance": 1.0}
 # Bright rings or dark ones.
 _TURNS = (0.0, 0.5)
 # What blunt rings explain, the next sharper ones, and these over those, where the sharpest may explain the light: of 15
 # made pictures of a finesse of 10 to 29 at least 0.37, 0.58 and 1.24; of eight photographs of something else three
 # pass the first, then with 0.24, 0.44 and 0.65, and 0.74, 1.18 and 1.00.
 _BLUNT, _SHARPER, _GROWTH = 0.3, 0.5, 1.1
-# Harmonics of lines that have a width.
-_HARMONICS = 60
-# Numbers of the model, in units of the half diagonal of the field, in their order.
-_NAMES = (
-    "log_scale", "centre_x", "centre_y", "phase", "ratio", "stretch", "shear", "u2", "u3", "coma_x", "coma_y", "width",
-)  # fmt: skip
-_ROUND, _ELLIPSE = _NAMES[:4], _NAMES[:8]
+_ROUND, _ELLIPSE = NAMES[:4], NAMES[:8]
 # Choices of phase and light: what is free, and the degree of B and A. The first one is stated.
 _CHOICES = (
     (_ELLIPSE, 4),
     (_ELLIPSE, 2),
     ((*_ELLIPSE, "u3"), 4),
     ((*_ELLIPSE, "coma_x", "coma_y"), 4),
-    ((*_ELLIPSE, "width"), 4),
+    ((*_ELLIPSE, "variance"), 4),
 )
-# Half of the waveform's period is looked at in so many steps.
-_STEPS = 4001
 
 
 class ManyBeams(NamedTuple):
@@ -119,8 +113,8 @@ def many_beams(photograph: Photograph, rings: Rings, with_another_curve: Photogr
     """
     pixels = _pixels_of(photograph)
     start = _sharpened(pixels.first(_FEW_PIXELS), _start(pixels, rings))
-    optima = [_optimum(pixels, start, *choice) for choice in _CHOICES]
-    stated = optima[0]
+    stated = _optimum(pixels, start, *_CHOICES[0])
+    optima = [stated, *(_optimum(pixels, stated.numbers, *choice) for choice in _CHOICES[1:])]
     scales = np.array([optimum.numbers["log_scale"] for optimum in optima])
     finesses = np.array([_finesse(optimum.numbers) for optimum in optima])
     curves = _other_curve(with_another_curve, stated)
@@ -170,7 +164,7 @@ def _pixels_of(photograph: Photograph) -> _Pixels:
 
 def _start(pixels: _Pixels, rings: Rings) -> dict[str, float]:
     x, y = ((c - m) / pixels.unit for c, m in zip(rings.centre, pixels.middle, strict=True))
-    start = dict.fromkeys(_NAMES, 0.0)
+    start = dict.fromkeys(NAMES, 0.0)
     scale = np.log(rings.scale * pixels.unit**2)
     return {**start, "log_scale": float(scale), "centre_x": x, "centre_y": y, "phase": rings.phase}
 
@@ -178,16 +172,18 @@ def _start(pixels: _Pixels, rings: Rings) -> dict[str, float]:
 def _sharpened(pixels: _Pixels, start: dict[str, float]) -> dict[str, float]:
     """Numbers of the sharpest rings that explain the most, on bright rings or on dark ones.
 
-    Blunt rings find the place of sharp ones, which are blind beside it.
+    Blunt rings find the place of sharp ones, which are blind beside it. They are made sharper as long as that helps.
     """
     ends = []
     for turn in _TURNS:
-        numbers = _turned(start, turn)
-        for ratio in _STARTS:
-            optimum = _round_rings(pixels, numbers, ratio)
-            numbers = optimum.numbers
-            ends.append((optimum.cost, numbers))
-    return min(ends, key=lambda end: end[0])[1]
+        optimum = _round_rings(pixels, _turned(start, turn), _STARTS[0])
+        for ratio in _STARTS[1:]:
+            sharper = _round_rings(pixels, optimum.numbers, ratio)
+            if sharper.cost > optimum.cost:
+                break
+            optimum = sharper
+        ends.append(optimum)
+    return min(ends, key=lambda optimum: optimum.cost).numbers
 
 
 def _turned(numbers: dict[str, float], turn: float) -> dict[str, float]:
@@ -202,53 +198,61 @@ def _round_rings(pixels: _Pixels, start: dict[str, float], ratio: float) -> _Opt
 def _optimum(pixels: _Pixels, start: dict[str, float], free: tuple[str, ...], degree: int) -> _Optimum:
     """The least squares over the free numbers; of B and A at each of them (Golub and Pereyra 1973)."""
     light = pixels.polynomials(degree)
-    bounds = [(-np.inf, np.inf) if name not in ("ratio", "width") else (0.0, _MOST_SHARP) for name in free]
-
-    def residual(values) -> np.ndarray:
-        wave = _waveform({**start, **dict(zip(free, values, strict=True))}, pixels)
-        return _left_over(np.concatenate([light, light * wave[:, None]], axis=1), pixels.light)
-
-    first = [start[name] for name in free]
-    answer = least_squares(residual, first, bounds=tuple(zip(*bounds, strict=True)), x_scale="jac", max_nfev=30)
+    bounds = [(0.0, _MOST[name]) if name in _MOST else (-np.inf, np.inf) for name in free]
+    curve = _Curve(pixels, light, start, free)
+    answer = least_squares(
+        curve.residual,
+        [start[name] for name in free],
+        curve.slopes,  # pyright: ignore[reportArgumentType]  # its stubs know the names of methods alone
+        bounds=tuple(zip(*bounds, strict=True)),
+        x_scale="jac",
+        max_nfev=30,
+    )
     variance = 2 * answer.cost / max(len(pixels.light) - len(free) - 2 * light.shape[1], 1)
     covariance = np.linalg.pinv(answer.jac.T @ answer.jac) * variance
-    smooth = float(np.sum(_left_over(light, pixels.light) ** 2))
-    numbers = {**start, **dict(zip(free, map(float, answer.x), strict=True))}
+    smooth = float(np.sum(_remainder(light, _normal(light), pixels.light) ** 2))
+    numbers = curve.numbers_at(answer.x)
     return _Optimum(numbers, free, covariance, float(answer.cost), 1 - 2 * float(answer.cost) / smooth)
 
 
-def _left_over(design: np.ndarray, light: np.ndarray) -> np.ndarray:
+class _Curve:
+    """What rings leave over of pixels' light, as a function of their free numbers, with B and A at their best."""
+
+    def __init__(self, pixels: _Pixels, light: np.ndarray, start: dict[str, float], free: tuple[str, ...]):
+        self.pixels, self.light, self.start, self.free = pixels, light, start, free
+        # Slopes are asked for where the remainder was taken last.
+        self.at, self.design = np.full(len(free), np.nan), np.concatenate([light, light], axis=1)
+        self.normal = np.eye(self.design.shape[1])
+
+    def numbers_at(self, values: np.ndarray) -> dict[str, float]:
+        return {**self.start, **dict(zip(self.free, map(float, values), strict=True))}
+
+    def residual(self, values: np.ndarray) -> Float[np.ndarray, " pixels"]:
+        self._look_at(values)
+        return _remainder(self.design, self.normal, self.pixels.light)
+
+    def slopes(self, values: np.ndarray) -> Float[np.ndarray, "pixels free"]:
+        """Without that part which is of second order in the remainder (Kaufman 1975)."""
+        self._look_at(values)
+        amplitude = np.linalg.solve(self.normal, self.design.T @ self.pixels.light)[self.light.shape[1] :]
+        wave_slopes = slopes(self.numbers_at(values), self.pixels.x, self.pixels.y, self.free)
+        return -_remainder(self.design, self.normal, (self.light @ amplitude)[:, None] * wave_slopes)
+
+    def _look_at(self, values: np.ndarray) -> None:
+        if not np.array_equal(self.at, values):
+            wave = waveform(self.numbers_at(values), self.pixels.x, self.pixels.y)
+            np.multiply(self.light, wave[:, None], out=self.design[:, self.light.shape[1] :])
+            self.at, self.normal = values.copy(), _normal(self.design)
+
+
+def _normal(design: np.ndarray) -> np.ndarray:
     normal = design.T @ design
-    ridge = 1e-12 * np.trace(normal) / len(normal)
-    return light - design @ np.linalg.solve(normal + ridge * np.eye(len(normal)), design.T @ light)
+    return normal + 1e-12 * np.trace(normal) / len(normal) * np.eye(len(normal))
 
 
-def _waveform(numbers: dict[str, float], pixels: _Pixels) -> Float[np.ndarray, " pixels"]:
-    dx, dy = pixels.x - numbers["centre_x"], pixels.y - numbers["centre_y"]
-    stretch, shear = numbers["stretch"], numbers["shear"]
-    u = (1 + stretch) * dx**2 + (1 - stretch) * dy**2 + 2 * shear * dx * dy
-    bent = u * (1 + u * (numbers["u2"] + u * numbers["u3"]) + numbers["coma_x"] * dx + numbers["coma_y"] * dy)
-    return _airy(np.exp(numbers["log_scale"]) * bent + numbers["phase"], numbers["ratio"], numbers["width"])
-
-
-def _airy(turns: np.ndarray, ratio: float, width: float) -> np.ndarray:
-    """Σ ρ^m exp(-m² g² / 2) cos 2π m turns; closed for sharp lines."""
-    cosine = np.cos(2 * np.pi * turns)
-    if width == 0:
-        return (cosine - ratio) / (1 - 2 * ratio * cosine + ratio**2)
-    wave = np.exp(2j * np.pi * turns)
-    harmonic, total = wave, np.zeros_like(cosine)
-    for order in range(1, _HARMONICS + 1):
-        total += np.exp(-0.5 * (order * width) ** 2) * ratio ** (order - 1) * np.real(harmonic)
-        harmonic = harmonic * wave
-    return total
+def _remainder(design: np.ndarray, normal: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return values - design @ np.linalg.solve(normal, design.T @ values)
 
 
 def _finesse(numbers: dict[str, float]) -> float:
-    """Period over the full width half way between the brightest and the darkest."""
-    turns = np.linspace(0.0, 0.5, _STEPS)
-    wave = _airy(turns, numbers["ratio"], numbers["width"])
-    level = (wave[0] + wave[-1]) / 2
-    after = int(np.argmax(wave < level))
-    share = (wave[after - 1] - level) / (wave[after - 1] - wave[after])
-    return float(1 / (2 * (turns[after - 1] + share * (turns[1] - turns[0]))))
+    return finesse_of(numbers["ratio"], numbers["variance"])

@@ -6,7 +6,20 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 from scipy import ndimage
 
-from fitting.photo import Bend, Photograph, Rings, View, bent, box_of, evidence_of, find_rings, median, thin, view_of
+from fitting.photo import (
+    Bend,
+    Photograph,
+    Rings,
+    View,
+    bent,
+    box_of,
+    evidence_of,
+    find_rings,
+    median,
+    resolving_view,
+    thin,
+    view_of,
+)
 from fitting.reasons import Reason
 
 # Radius of the middle, over the root of the lit box's area.
@@ -39,7 +52,7 @@ def bent_rings(photograph: Photograph, view: View, circles: float) -> tuple[Phot
     if (
         rings is None
         or rings.match < max(_BENT, _BETTER * circles)
-        or evidence_of(photograph, rings := view.placed(rings)).reason
+        or evidence_of(photograph, rings := view.placed(rings), resolving_view(photograph, rings, view)).reason
     ):
         return None
     return photograph, rings

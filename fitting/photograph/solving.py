@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fitting.estimate import Fitted, Noise, finely, frame_on, moved_to, residuals_of, robust_fit, sharpened
+from fitting.estimate import FEW, Fitted, Noise, finely, frame_on, moved_to, residuals_of, robust_fit, sharpened
 from fitting.model import (
     AXIS,
     PARTS,
@@ -22,8 +22,10 @@ from fitting.photo import Bend, Photograph, Rings, block_size, noise_variance, p
 from fitting.photograph.averaging import variance_of
 from fitting.photograph.choice import Choice, averaged
 from fitting.photograph.clusters import with_shift_to_mean
+from fitting.photograph.fringe_rivals import WeakLight
 from fitting.photograph.priors import Priors
 from fitting.photograph.refit import with_parts
+from fitting.photograph.remainder import Remainder
 from fitting.photograph.selection import Complete, complete, with_needed_parts
 from fitting.photograph.task import Task
 from fitting.photograph.transfer import linearized, with_another_curve
@@ -50,6 +52,9 @@ def solve(task: Task, rings: Rings) -> Choice:
         task = replace(task, photograph=linear)
         again = with_another_curve(with_all, linear)
         if again is None:
+            if task.scene is None and rings.bend is not None and _contradicts_weak_light(with_all):
+                # Rings that are no circles have taken a second look already: the search anew takes longest.
+                return Choice(with_all.fit, with_all.part_words, with_all.photograph)
             plain = _plain(task, rings, plain)
             refusal = judge(plain, linear, rings, task.is_guided)
             again = with_needed_parts(task, plain, priors, refusal, with_all)
@@ -58,6 +63,15 @@ def solve(task: Task, rings: Rings) -> Choice:
     # Weights by noise are those of the blocks that they were made for.
     found = choice.found if task.noise is not None else finely(choice.found, task.photograph)
     return with_shift_to_mean(choice._replace(found=sharpened(found)))
+
+
+def _contradicts_weak_light(complete: Complete) -> bool:
+    """Whether rings in weak light lie so far from where a fit continues them that there is no answer."""
+    fit, photograph = complete.fit, complete.photograph
+    if not fit.converged or fit.orders < FEW or photograph.dim is None:
+        return False
+    finding = WeakLight().finding(Remainder(fit, photograph))
+    return finding is not None and finding.consequence == "refusal"
 
 
 def _weighed(complete: Complete, noise: Noise) -> Complete:

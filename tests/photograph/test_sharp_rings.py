@@ -6,7 +6,7 @@ import pytest
 import fitting
 import newtonjax as nj
 from experiments.truth.sharp_rings import deviations, half_level_finesse, made
-from fitting.photograph.many_beams import _finesse
+from fitting.photograph.sharp_waveform import NAMES, finesse_of, slopes, waveform
 
 GIVEN = {"pixel_size": 10e-6, "pixel_size_sd": 1e-8}
 
@@ -20,7 +20,18 @@ def test_sharp_rings_are_measured_and_give_no_radius(seed, finesse):
 
 def test_the_finesse_is_that_of_half_levels():
     for ratio in (0.2, 0.5, 0.9):
-        assert _finesse({"ratio": ratio, "width": 0.0}) == pytest.approx(half_level_finesse(ratio), rel=1e-3)
+        assert finesse_of(ratio, 0.0) == pytest.approx(half_level_finesse(ratio), rel=1e-3)
+
+
+@pytest.mark.parametrize("variance", [0.0, 0.02])
+def test_slopes_of_the_waveform_of_many_beams_are_its_central_differences(variance):
+    x, y = np.random.default_rng(1).uniform(-0.7, 0.7, (2, 50))
+    values = (2.1, -0.1, 0.05, 0.19, 0.6, 0.02, -0.03, 0.05, -0.04, 0.03, -0.02, variance)
+    numbers = dict(zip(NAMES, values, strict=True))
+    names, step = NAMES if variance else NAMES[:-1], 1e-6
+    for name, slope in zip(names, slopes(numbers, x, y, names).T, strict=True):
+        ends = (waveform({**numbers, name: numbers[name] + sign * step}, x, y) for sign in (1, -1))
+        assert slope == pytest.approx(np.subtract(*ends) / (2 * step), rel=1e-6, abs=1e-6)
 
 
 def test_a_coated_bench_makes_a_radius_of_sharp_rings():
