@@ -57,10 +57,10 @@ class GapMeans(NamedTuple):
 
     def blurred(self, ratios, turns) -> tuple[Any, ...]:
         """Modulus and angle of what the blur leaves; 2π κ b², and the square of the modulus of z."""
-        xp = namespace(self, ratios, turns)
-        turned = 2 * np.pi * ratios * self.bending * self.blur
+        xp, blur = namespace(self, ratios, turns), 0.0 if self.blur is None else self.blur
+        turned = 2 * np.pi * ratios * self.bending * blur
         total = 1 / (1 + turned * turned)
-        loss = (2 * np.pi**2 * self.blur * ratios * ratios * total) * self._square_at(turns)
+        loss = (2 * np.pi**2 * blur * ratios * ratios * total) * self._square_at(turns)
         return xp.sqrt(total) * xp.exp(-loss), xp.arctan(turned) - turned * loss, turned, total
 
     def loss_as_path(self, ratios, turns) -> Any:
