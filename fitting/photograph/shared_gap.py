@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fitting.model import GapModel
 from fitting.parameters import Numbers, between, block_of, with_sd
 from fitting.photograph.result import FitResult
 from fitting.reasons import Reason
@@ -114,9 +115,9 @@ class SharedGap(NamedTuple):
 
 
 def fraction_of(fit: FitResult) -> Fraction | None:
-    """What a fit says of the gap, None of one without rings."""
+    """What a fit says of the gap, None of one without rings or of a bench."""
     evidence = fit.evidence
-    if evidence is None:
+    if evidence is None or not isinstance(evidence.found.model, GapModel):
         return None
     quantities, numbers = evidence.known, evidence.found.numbers
     if evidence.averaging is not None:
