@@ -144,7 +144,7 @@ CameraResponse = Annotated[
     typer.Option(
         "--response",
         metavar="CAMERA.csv",
-        help="With light of bands: the camera's curves, columns wavelength_nm,red,green,blue.",
+        help="With light of bands: the camera's curves, columns wavelength_nm, red, green, blue.",
     ),
 ]
 Channel = Annotated[
