@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from fitting.irregularity.budget import Row, distortion_row, edge_row, noise_row, pupil_row, terms_row
 from fitting.irregularity.disc import EDGE, Pupil
@@ -86,7 +86,7 @@ def form_of_frames(images: Any, request: Request, transfer: Any, mask: Any, *, i
     if unblurred is not None:
         rows.append(_blur_row(unblurred, inflation, reported))
     size, freedom = _contradictions(frames, first), _FIRST - 3
-    if size and max(size) > stats.chi2.isf(_ALARM / len(size), freedom) / freedom:
+    if size and max(size) > special.chdtri(freedom, _ALARM / len(size)) / freedom:
         place = int(np.argmax(size))
         warnings.append(Reason.FRAME_CONTRADICTS(frame=place + 1, size=max(size)))
     if inflation > 1.5:
