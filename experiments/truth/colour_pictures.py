@@ -63,8 +63,8 @@ def overlapping_responses() -> np.ndarray:
 
 def changed(curves: np.ndarray, powers: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Responses times exp(tilt x - curvature x²), x in 50 nm from each channel's mean under a lamp, both 0.3 (sd)."""
-    taken = curves * powers
-    x = (WAVELENGTHS - (taken @ WAVELENGTHS / taken.sum(axis=1))[:, None]) / 50e-9
+    product = curves * powers
+    x = (WAVELENGTHS - (product @ WAVELENGTHS / product.sum(axis=1))[:, None]) / 50e-9
     tilt, curvature = rng.normal(0, 0.3, (2, len(curves), 1))
     return curves * np.exp(tilt * x - curvature * x**2)
 
@@ -132,8 +132,8 @@ def picture(
     light = np.empty((*wide, 3))
     far = ((columns - shape[1] / 2) ** 2 + (rows - shape[0] / 2) ** 2) / np.hypot(*shape) ** 2
     for channel in range(3):
-        taken = powers * np.interp(wavelengths, WAVELENGTHS, curves[channel])
-        waveform = 1 - 0.9 * (fringes @ taken) / taken.sum()
+        product = powers * np.interp(wavelengths, WAVELENGTHS, curves[channel])
+        waveform = 1 - 0.9 * (fringes @ product) / product.sum()
         fine = np.interp(gap, table, waveform) * (1 - 0.8 * far)
         fine = ndimage.gaussian_filter(fine, 2 * truth.blur)
         light[..., channel] = fine.reshape(wide[0], 2, wide[1], 2).mean(axis=(1, 3))

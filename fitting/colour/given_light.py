@@ -90,10 +90,10 @@ def given_light(curves: Curves, turns: float) -> GivenLight:
     density = _density(spectrum, wavelengths)
     rows = np.asarray(response.curves, float)
     at = np.asarray(response.wavelengths, float)
-    taken = np.stack([np.interp(wavelengths, at, row, left=0.0, right=0.0) for row in rows]) * density
-    taken = np.maximum(taken, 0.0)
-    total = taken.sum(axis=1, keepdims=True)
-    powers = taken / np.where(total > 0, total, 1.0)
+    powers = np.stack([np.interp(wavelengths, at, row, left=0.0, right=0.0) for row in rows]) * density
+    powers = np.maximum(powers, 0.0)
+    total = powers.sum(axis=1, keepdims=True)
+    powers = powers / np.where(total > 0, total, 1.0)
     powers = np.broadcast_to(powers, (3, len(wavelengths))) if len(powers) == 1 else powers
     means = powers @ wavelengths
     return GivenLight(wavelengths, powers, (wavelengths - means[:, None]) / _LENGTH)

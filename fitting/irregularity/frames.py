@@ -1,8 +1,6 @@
 """Frames of one surface, stepped in phase: read at the size that a form needs, and cut to their pupil."""
 
 from collections.abc import Callable
-from dataclasses import replace
-from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -49,9 +47,14 @@ def frames_of_surface(
     Raises ValueError for fewer than three, for frames of different shapes, and FileNotFoundError.
     """
     sources, scale = _sources(images, mask)
-    photographs = (read(_smaller(source, scale), transfer, mask, None) for source in sources)
-    first = next(photographs)
-    views = [_view(photograph, mask is not None) for photograph in chain([replace(first)], photographs)]
+    first, *others = sources
+
+    def photographed(source: Any) -> Photograph:
+        return read(_smaller(source, scale), transfer, mask, None)
+
+    photograph = photographed(first)
+    views = [_view(photograph, mask is not None)]
+    views += [_view(photographed(source), mask is not None) for source in others]
     shapes = sorted({view.usable.shape for view in views})
     if len(shapes) > 1:
         raise ValueError(f"frames have {shapes[0]} and {shapes[1]} pixels; give frames of one shape, of one camera")
@@ -80,7 +83,7 @@ def frames_of_surface(
         cells,
         circle,
         sd,
-        first,
+        photograph,
         scale,
     )
 

@@ -84,6 +84,5 @@ def _on_curves(fit: ColourFit, light: LampLight, stated: float | None) -> LightV
         warnings = (ColourReason.CURVES_OFF(share=size.share, change=size.change, sd=by_rings),)
     else:
         warnings = () if stated is not None else (ColourReason.WAVELENGTHS_ASSUMED(sd=_USUAL),)
-    known = 0.0 if stated is None else stated
-    least = _USUAL if stated is None else 0.0
-    return LightVerdict(None, model, warnings, float(np.sqrt(max(max(by_rings, least) ** 2 - known**2, 0.0))))
+    sd = max(by_rings, _USUAL) if stated is None else by_rings
+    return LightVerdict(None, model, warnings, float(np.sqrt(max(sd**2 - (stated or 0.0) ** 2, 0.0))))

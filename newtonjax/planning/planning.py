@@ -193,29 +193,29 @@ def _in_channels(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, 
     stretch = float(np.max(channels_of(scene.light, None).lines.ratios))
     table_error = (_OF_MEANS if camera.takes_means else _OF_TABLES) * tolerance
     points, line = replace(camera, response=None, aperture=None, blur=None), one_line(scene)
-    chosen, _ = planned(line, points, (tolerance - table_error) / stretch)
-    method, picture = chosen.method, None
+    line_plan, _ = planned(line, points, (tolerance - table_error) / stretch)
+    method, picture = line_plan.method, None
     if isinstance(method, Chebyshev | ClosedForm):
-        chosen = replace(chosen, method=replace(method, table_error=table_error))
-    if chosen.dropped:
-        scene = replace(chosen.scene, light=scene.light)
+        line_plan = replace(line_plan, method=replace(method, table_error=table_error))
+    if line_plan.dropped:
+        scene = replace(line_plan.scene, light=scene.light)
     if camera.takes_means or scene.light.extent is not None:
-        chosen, picture = _resolving(chosen, scene, camera, (tolerance - table_error) / stretch, table_error)
-    phase, intensity = chosen.phase_error * stretch, chosen.intensity_error * stretch + table_error
-    chosen = replace(chosen, scene=scene, phase_error=phase, intensity_error=intensity)
-    return (chosen, picture) if picture is not None else _with_picture(chosen, camera)
+        line_plan, picture = _resolving(line_plan, scene, camera, (tolerance - table_error) / stretch, table_error)
+    phase, intensity = line_plan.phase_error * stretch, line_plan.intensity_error * stretch + table_error
+    line_plan = replace(line_plan, scene=scene, phase_error=phase, intensity_error=intensity)
+    return (line_plan, picture) if picture is not None else _with_picture(line_plan, camera)
 
 
-def _resolving(chosen: Plan, scene: Scene, camera: Camera, tolerance: float, table_error: float):
+def _resolving(line_plan: Plan, scene: Scene, camera: Camera, tolerance: float, table_error: float):
     """The plan with the closed form where its means hold, else nodes for pixels and source; and their picture."""
-    if isinstance(chosen.method, ClosedForm):
+    if isinstance(line_plan.method, ClosedForm):
         of_means = means_error(scene, camera)
-        if chosen.intensity_error + of_means <= tolerance:
-            return replace(chosen, intensity_error=chosen.intensity_error + of_means), None
-    least = chosen.method.nodes if isinstance(chosen.method, Chebyshev) else LADDER[0]
+        if line_plan.intensity_error + of_means <= tolerance:
+            return replace(line_plan, intensity_error=line_plan.intensity_error + of_means), None
+    least = line_plan.method.nodes if isinstance(line_plan.method, Chebyshev) else LADDER[0]
     method, error, picture = resolved(scene, camera, least, tolerance, table_error)
-    error, reason = max(error, chosen.intensity_error), PlanReason.NODES_RESOLVE(count=method.nodes)
-    return replace(chosen, method=method, intensity_error=error, reason=reason), picture
+    error, reason = max(error, line_plan.intensity_error), PlanReason.NODES_RESOLVE(count=method.nodes)
+    return replace(line_plan, method=method, intensity_error=error, reason=reason), picture
 
 
 def _with_picture(chosen: Plan, camera: Camera) -> tuple[Plan, AbstractPicture]:

@@ -41,13 +41,13 @@ def test_the_waveform_of_a_channel_is_the_integral_over_lamp_times_camera(tilt):
     curve = Curve(float(np.log(1e-10)), 0.02, 0.0, tilt_green=tilt, curvature_green=tilt / 2)
     found = waves(light, curve, squares, 0.0, 1, View(0.0, -1.0, 3e4))[:, 0]
     at = np.linspace(380e-9, 780e-9, 8001)
-    taken = np.interp(at, *spectrum("led")) * np.interp(at, WAVELENGTHS, responses()[1])
+    product = np.interp(at, *spectrum("led")) * np.interp(at, WAVELENGTHS, responses()[1])
     # The change is about the mean of the given spectrum by power per wavenumber.
-    per_wavenumber = taken * at**2
+    per_wavenumber = product * at**2
     x = (at - (per_wavenumber / at**2 @ at) / (per_wavenumber / at**2).sum()) / 50e-9
-    taken = taken * np.exp(tilt * x - tilt / 2 * x**2)
+    product = product * np.exp(tilt * x - tilt / 2 * x**2)
     path = 2 * (1e-10 * squares + 2e-8)
-    expected = -(np.cos(2 * np.pi * path[:, None] / at) @ taken) / taken.sum()
+    expected = -(np.cos(2 * np.pi * path[:, None] / at) @ product) / product.sum()
     np.testing.assert_allclose(found, expected, atol=2e-3)
 
 
@@ -131,8 +131,8 @@ def test_without_a_pixel_size_the_fringe_scale_is_that_of_the_middle_channel(led
     result = _fit(led[..., 1], response=nj.Response(WAVELENGTHS, responses()[1:2]), pixel_size=None, pixel_size_sd=None)
     assert result.status == "no-scale"
     at, powers = spectrum("led")
-    taken = powers * responses()[1]
-    mean = taken.sum() / (taken / at).sum()
+    product = powers * responses()[1]
+    mean = product.sum() / (product / at).sum()
     assert result.fringe_scale_per_px2 == pytest.approx(5.461e-6**2 / (0.15 * mean), rel=5e-3)
 
 

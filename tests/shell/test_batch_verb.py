@@ -137,11 +137,12 @@ def test_a_manifest_that_cannot_be_read_is_refused_with_its_line(tmp_path, text,
 
 
 def test_cells_of_a_manifest_replace_options_and_paths_are_relative_to_it(tmp_path):
-    text = "photo,pixel_size,scale_from,contact,view\na.png,,s.json,yes,\n/b.png,2um,,,transmitted\n"
+    text = "photo,pixel_size,scale_from,response,contact,view\na.png,,s.json,c.csv,yes,\n/b.png,2um,,,,transmitted\n"
     (tmp_path / "m.csv").write_text(text)
     options = FitOptions(pixel_size=5e-6, view="reflected", parts={"film": False})
     first, second = manifest.rows_of_manifest(tmp_path / "m.csv", options)
-    changed = options._replace(pixel_size=None, scale_from=tmp_path / "s.json", parts={"film": False, "contact": True})
+    files = {"scale_from": tmp_path / "s.json", "response": tmp_path / "c.csv"}
+    changed = options._replace(pixel_size=None, parts={"film": False, "contact": True}, **files)
     assert first == (tmp_path / "a.png", changed)
     assert second == (Path("/b.png"), options._replace(pixel_size=2e-6, view="transmitted"))
 
