@@ -31,6 +31,7 @@ from newtonjax.fields.packed import Packed as Packed
 from newtonjax.fields.packed import arrivals as arrivals
 from newtonjax.fields.packed import coefficients_and_changes as coefficients_and_changes
 from newtonjax.fields.packed import node_arrivals as node_arrivals
+from newtonjax.fields.packed import node_arrivals_in as node_arrivals_in
 from newtonjax.fields.packed import node_fields as node_fields
 from newtonjax.fields.packed import pack as pack
 from newtonjax.fields.packed import peak_amplitudes as peak_amplitudes

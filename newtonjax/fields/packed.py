@@ -7,13 +7,13 @@ interactions of a beam, two for 9 to 16, two for 17 to 32, and so on. Plans and 
 points alone; rays at every pixel take the other.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
 import jax
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Array, Float, Int
 
 from newtonjax.fields.at_points import Fields, combine, pairs
 from newtonjax.fields.smoothness import smooth
@@ -73,18 +73,27 @@ def arrivals(packed: Packed, points: Float[np.ndarray, "n 2"]) -> Arrival:
 
     Calls `rays` for `FEW` or `MANY` beams and points at a time, in float64 on the processor whatever JAX is set to.
     """
+    return jax.tree.map(lambda leaf: leaf[0], _arrivals_in(packed, [packed.setting], points))
+
+
+def _arrivals_in(packed: Packed, settings: Sequence[Setting], points: Float[np.ndarray, "n 2"]) -> Arrival:
+    """`arrivals` of each of these settings in the bench's place, [settings, beams, n]."""
     beams, number = len(packed.routes.action), len(points)
     side_by_side, points_of_call = FEW if number <= FOR_FEW else MANY
-    routes = [
-        jax.tree.map(lambda leaf, chosen=chosen: leaf[chosen], packed.routes) for chosen in _calls(beams, side_by_side)
-    ]
     blocks = [points[chosen] for chosen in _calls(number, points_of_call)]
+    calls = _calls(beams, side_by_side)
     with x64(), jax.default_device(jax.local_devices(backend="cpu")[0]):
-        parts = [[rays(route, packed.setting, block) for block in blocks] for route in routes]
-    tables = zip(*(zip(*row, strict=True) for row in parts), strict=True)
-    return Arrival._make(
-        np.concatenate([np.concatenate(row, axis=1) for row in table])[:beams, :number] for table in tables
-    )
+        routes = [jax.tree.map(lambda leaf, chosen=chosen: leaf[chosen], packed.routes) for chosen in calls]
+        parts = [rays(route, setting, block) for setting in settings for route in routes for block in blocks]
+    grid = len(settings), len(calls), len(blocks)
+
+    def joined(tables: Sequence[Array]) -> np.ndarray:
+        stacked = np.stack(tables)
+        stacked = np.moveaxis(stacked.reshape(*grid, *stacked.shape[1:]), 2, 3)
+        shape = (grid[0], grid[1] * side_by_side, grid[2] * points_of_call, *stacked.shape[5:])
+        return stacked.reshape(shape)[:, :beams, :number]
+
+    return Arrival._make(joined(tables) for tables in zip(*parts, strict=True))
 
 
 def _calls(number: int, size: int) -> Int[np.ndarray, "calls size"]:
@@ -98,12 +107,17 @@ def node_arrivals(packed: Packed, camera: Camera, nodes: int) -> Arrival:
 
     Behind a shield a beam arrives at a node only if it does at the frame's corners, which no node is at.
     """
+    return jax.tree.map(lambda leaf: leaf[0], node_arrivals_in(packed, [packed.setting], camera, nodes))
+
+
+def node_arrivals_in(packed: Packed, settings: Sequence[Setting], camera: Camera, nodes: int) -> Arrival:
+    """`node_arrivals` of each of these settings in the bench's place, [settings, beams, n]."""
     points = node_points(camera, nodes)
     if np.isinf(packed.setting.hole[2]):
-        return arrivals(packed, points)
-    with_corners = arrivals(packed, np.concatenate([points, corners(camera)]))
-    at_nodes = jax.tree.map(lambda leaf: leaf[:, : len(points)], with_corners)
-    reaches_corners = with_corners.arrives[:, len(points) :].all(axis=1, keepdims=True)
+        return _arrivals_in(packed, settings, points)
+    with_corners = _arrivals_in(packed, settings, np.concatenate([points, corners(camera)]))
+    at_nodes = jax.tree.map(lambda leaf: leaf[:, :, : len(points)], with_corners)
+    reaches_corners = with_corners.arrives[:, :, len(points) :].all(axis=2, keepdims=True)
     return at_nodes._replace(arrives=at_nodes.arrives & reaches_corners)
 
 

@@ -8,6 +8,7 @@ from newtonjax.methods.base import require_two_beams as require_two_beams
 from newtonjax.methods.base import unreached as unreached
 from newtonjax.methods.closed_form import ClosedForm as ClosedForm
 from newtonjax.methods.error_of_means import means_error as means_error
+from newtonjax.methods.gap_paths import of_points as of_points
 from newtonjax.methods.gap_paths import parallel as parallel
 from newtonjax.methods.many_beams import change_by_orders as change_by_orders
 from newtonjax.methods.many_wavelengths import has_channels as has_channels

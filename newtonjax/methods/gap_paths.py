@@ -1,13 +1,12 @@
 """Path differences in a gap over an image, and over the directions of a source."""
 
-from dataclasses import replace
 from typing import Any
 
 import jax
 import numpy as np
 from jaxtyping import Float
 
-from newtonjax.numerics import is_concrete, module_of, namespace
+from newtonjax.numerics import is_concrete, module_of, namespace, unchecked
 from newtonjax.scene import (
     Camera,
     Channels,
@@ -44,12 +43,12 @@ def bounds_between(turns: Float[Any, "pairs rows columns"]) -> tuple[Any, Any]:
 
 def parallel(scene: Scene) -> Scene:
     """The scene in light of the mean direction."""
-    return replace(scene, light=replace(scene.light, extent=None))
+    return unchecked(scene, light=unchecked(scene.light, extent=None))
 
 
 def of_points(camera: Camera) -> Camera:
     """The camera of pixels that take the light at their centres."""
-    return replace(camera, aperture=None, blur=None)
+    return unchecked(camera, aperture=None, blur=None)
 
 
 def source_points(scene: Scene, camera: Camera, tolerance: float) -> Directions:

@@ -23,10 +23,10 @@ from newtonjax.fields import (
     table_for,
     waveform,
 )
-from newtonjax.methods.gap_paths import RANGE_POINTS, bounds_between, channels_over_source, parallel, path_range
+from newtonjax.methods.gap_paths import RANGE_POINTS, bounds_between, channels_over_source, path_range
 from newtonjax.methods.node_waves import wave_count, wave_parts
 from newtonjax.methods.pictures import AbstractPicture, one_by_one, starts
-from newtonjax.numerics import chebyshev, cos_turns, is_concrete, module_of, sin_turns, x64
+from newtonjax.numerics import chebyshev, cos_turns, is_concrete, module_of, sin_turns, unchecked, x64
 from newtonjax.scene import (
     Camera,
     Channels,
@@ -61,11 +61,10 @@ def has_channels(light: Light, camera: Camera) -> bool:
 
 def one_line(scene: Scene) -> Scene:
     """The scene in parallel light and a sharp line of its mean wavenumber, of its named beams alone."""
-    if scene.light.extent is not None:
-        scene = parallel(scene)
-    if scene.all_orders is not None:
-        scene = replace(scene, all_orders=None)
-    return scene if scene.light.spectrum is None else replace(scene, light=replace(scene.light, spectrum=None))
+    light = scene.light
+    if light.extent is not None or light.spectrum is not None:
+        light = unchecked(light, extent=None, spectrum=None)
+    return unchecked(scene, light=light, all_orders=None)
 
 
 def table_of(channels: Channels, low, high, tolerance: float) -> Table:

@@ -5,12 +5,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Complex, Float
 
-from newtonjax.fields import Beats, GapMeans, means_along, pixel_factors
+from newtonjax.fields import Beats, Fields, GapMeans, error_of, means_along, pixel_factors, smooth
 from newtonjax.numerics import as_complex, chebyshev, is_concrete, module_of, namespace
 from newtonjax.scene import Camera, Lines
 
 # At how many wavenumbers such envelopes are computed, by the range of wavenumbers over the mean one.
 _WAVES = ((2e-3, 1), (0.05, 2), (0.3, 4), (np.inf, 7))
+# Nodes to a side at which the fringes of few lines are summed, so many that fields of fewer may be cut from these; and
+# most terms of these sums.
+_FINE, _COUNTS, _TERMS = 17, (5, 9, 13), 64
 # Imaginary parts of envelopes, over the largest envelope, that are rounding.
 _REAL = 1e-12
 
@@ -46,6 +49,20 @@ class NodeLight(NamedTuple):
             phase = 2 * np.pi * ratios[:, None, None, None] * (self.turns - mean)
             waves = waves * (as_complex(xp.cos(phase)) + 1j * as_complex(xp.sin(phase)))
         return waves.sum(axis=1) / _in_table(means, ratios, mean)
+
+    def on_finer_nodes(self, nodes: int) -> "NodeLight":
+        """The light at nodes x nodes points, by polynomials between those at which it is known."""
+        count = round(self.turns.shape[-1] ** 0.5)
+        to_finer = chebyshev.values(count, nodes) @ chebyshev.analysis(count)
+
+        def finer(part):
+            grid = part.reshape(*part.shape[:-1], count, count)
+            return (to_finer @ grid @ to_finer.T).reshape(*part.shape[:-1], -1)
+
+        arrives = np.broadcast_to(self.arrives.all(), (len(self.arrives), nodes * nodes))
+        return self._replace(
+            background=finer(self.background), envelope=finer(self.envelope), turns=finer(self.turns), arrives=arrives
+        )
 
 
 def of_one_direction(beats: Beats) -> NodeLight:
@@ -116,6 +133,28 @@ def waves_for(light: NodeLight, camera: Camera, lines: Lines, tolerance: float) 
         if (abs(interpolated - exact) * size).max() <= allowance:
             return Waves(count, means, tolerance)
     return Waves(most)
+
+
+def of_few_lines(
+    light: NodeLight, camera: Camera, lines: Lines, tolerance: float
+) -> Float[np.ndarray, "fields count count"] | None:
+    """Coefficients of background, moduli and phases [turns] of all lines together, where these are smooth.
+
+    Pixels then cost what they do in one line. None where as many nodes as are tried err by more than a tolerance of
+    the peak, and where there are many lines, or lines with widths that pixels are means over.
+    """
+    if len(lines.ratios) * len(light.weights) > _TERMS or (camera.takes_means and not lines.are_sharp):
+        return None
+    light = light.on_finer_nodes(_FINE)
+    turns = light.mean_turns()
+    waves = light.envelopes(camera, lines.ratios) * (lines.shares[:, None, None] * lines.fading(turns))
+    phase = 2 * np.pi * (lines.ratios[:, None, None] - 1) * turns
+    envelope = (waves * (np.cos(phase) + 1j * np.sin(phase))).sum(axis=0)
+    background = light.weights @ light.background
+    nodes = smooth(Fields(background, envelope, turns, np.zeros(len(background)), light.arrives.all(axis=0)))
+    counts = (count for count in _COUNTS if error_of(nodes, count).intensity <= tolerance)
+    count = next(counts, None)
+    return None if count is None else nodes.coefficients[:, :count, :count]
 
 
 def at_nodes(light: NodeLight, camera: Camera, ratios: Float[Any, " parts"], waves: Waves) -> Float[Any, "fields n"]:

@@ -1,6 +1,6 @@
 """Rays at Chebyshev nodes, and smooth fields between them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -34,7 +34,7 @@ from newtonjax.methods.base import (
     unreached,
 )
 from newtonjax.methods.closed_form import ClosedForm
-from newtonjax.methods.gap_paths import channels_over_source, parallel
+from newtonjax.methods.gap_paths import channels_over_source, of_points, parallel
 from newtonjax.methods.many_wavelengths import (
     InChannels,
     has_channels,
@@ -48,6 +48,7 @@ from newtonjax.methods.node_waves import (
     NodeLight,
     Waves,
     at_nodes,
+    of_few_lines,
     of_one_direction,
     wave_count,
     wave_parts,
@@ -158,12 +159,29 @@ class Chebyshev(AbstractMethod):
 
     def picture(self, scene: Scene, camera: Camera) -> OnNodes | InChannels:
         if has_channels(scene.light, camera):
-            light = self.light(scene, camera)
-            return self.in_channels(scene, camera, *self.coefficients_and_waves(light, scene, camera))
+            return self.cuts(self.light(scene, camera), scene, camera)[1](self.nodes)
         fields = self._known_fields(scene, camera)
         if not fields.arrives.all():
             raise unreached(self)
         return self.picture_of(self.coefficients(fields), camera)
+
+    def cuts(
+        self, light: NodeLight, scene: Scene, camera: Camera
+    ) -> tuple[Float[np.ndarray, "fields nodes nodes"], Callable[[int], OnNodes | InChannels]]:
+        """Coefficients of a light at nodes, by whose decay cuts are judged, and its picture as cut to so many.
+
+        Of few lines pixels come from smooth fields, else from tables.
+        """
+        extent, smooth_fields = scene.light.extent, None
+        if camera.response is None and (extent is None or extent.radiances is None):
+            lines = channels_of(scene.light, None).lines
+            smooth_fields = of_few_lines(light, camera, lines, self.table_error)
+        if smooth_fields is None:
+            fields, waves = self._coefficients_and_waves(light, scene, camera)
+            return fields, lambda count: self._in_channels(scene, camera, fields[:, :count, :count], waves)
+        picture = OnNodes(smooth_fields, camera.shape, "float64", "float32" if is_single() else "float64")
+        fields = chebyshev.coefficients(at_nodes(light, of_points(camera), np.ones(1), Waves(1)))
+        return fields, lambda _: picture
 
     def light(self, scene: Scene, camera: Camera) -> NodeLight:
         """The light of a known scene at the nodes, of all directions of its source.
@@ -175,7 +193,7 @@ class Chebyshev(AbstractMethod):
             raise unreached(self)
         return light
 
-    def coefficients_and_waves(
+    def _coefficients_and_waves(
         self, light: NodeLight, scene: Scene, camera: Camera
     ) -> tuple[Float[np.ndarray, "fields nodes nodes"], Waves]:
         """Of a light in many wavelengths: background, parts of the envelopes, turns; and what a table has beside."""
@@ -185,7 +203,7 @@ class Chebyshev(AbstractMethod):
         ratios, _ = wave_parts(lines, waves.number)
         return chebyshev.coefficients(at_nodes(light, camera, ratios, waves)), waves
 
-    def in_channels(self, scene: Scene, camera: Camera, coefficients: Float[Any, "fields nodes nodes"], waves: Waves):
+    def _in_channels(self, scene: Scene, camera: Camera, coefficients: Float[Any, "fields nodes nodes"], waves: Waves):
         """The picture of such fields."""
         channels = _channels(scene, camera, self.table_error)
         low, high = turn_range(coefficients)

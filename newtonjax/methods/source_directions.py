@@ -1,20 +1,21 @@
 """Directions of a source as tilts of the light, and what rays of all of them make at nodes of an image."""
 
 from dataclasses import replace
+from functools import cache
+from itertools import islice
 from typing import Any
 
-import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
-from numpy.polynomial.chebyshev import chebvander
 
-from newtonjax.fields import Beats, Packed, beats, intensity, node_arrivals, node_fields, pack
+from newtonjax.fields import Beats, beats, intensity, node_arrivals, node_arrivals_in, node_fields, pack
 from newtonjax.methods.gap_paths import of_points, parallel
 from newtonjax.methods.many_beams import profile_of
 from newtonjax.methods.many_wavelengths import one_line
 from newtonjax.methods.node_waves import NodeLight, of_one_direction
-from newtonjax.numerics import chebyshev
+from newtonjax.numerics import unchecked
 from newtonjax.rays import towards
 from newtonjax.scene import (
     Camera,
@@ -34,9 +35,11 @@ _NODES, _AZIMUTHS = 9, 4
 # Order at which the profile of a gap is compared with rays, and those that a plan tries.
 _ORDER = 4
 ORDERS = (2, 3, 4, 6, 8)
-# Directions to a side of which rays are traced where polynomials go between them, by the sine of the source; and what
-# the sum over it may err by.
-_SIDES, _SUMMED = ((0.02, 3), (np.inf, 5)), 1e-6
+# Directions of which rays are traced, by the sine of the source: rings (radius in the unit disc, number) for
+# polynomials of degree 2 and 4 (Ramos-López et al., Optimal sampling patterns for Zernike polynomials, 2016).
+_RINGS = ((0.02, ((0.0, 1), (0.82, 5))), (np.inf, ((0.0, 1), (0.54, 5), (0.93, 9))))
+# What the sum over the source may err by.
+_SUMMED = 1e-6
 # What may hide between nodes.
 _BETWEEN = 1.5
 
@@ -79,23 +82,38 @@ def light_at_nodes(scene: Scene, camera: Camera, nodes: int) -> NodeLight:
     """
     extent = scene.light.extent
     if extent is None or extent.radiances is not None:
-        return of_one_direction(_beats(pack(parallel(scene)), camera, nodes))
-    sine = float(extent.sine)
-    side = next(count for limit, count in _SIDES if sine <= limit)
-    at = sine * chebyshev.nodes(side)
-    few = _in_directions(scene, camera, nodes, [(x, y) for x in at for y in at])
-    parts = [np.stack(part) for part in zip(*few, strict=True)]
+        bench = pack(parallel(scene))
+        return of_one_direction(beats(node_arrivals(bench, camera, nodes), bench.pairs, bench.source))
+    reach = float(extent.sine) * (np.sqrt(2.0) if extent.shape == "square" else 1.0)
+    places, polynomials, rim = _between(next(rings for limit, rings in _RINGS if reach <= limit))
+    few = _in_directions(scene, camera, nodes, reach * places)
+    parts = few.background, few.envelope, few.turns
     ratio = channels_of(scene.light, None).lines.ratios.max()
-    spread = 2 * np.pi * ratio * float(np.ptp(parts[2], axis=0).max())
+    spread = 2 * np.pi * ratio * float(np.ptp(np.tensordot(rim, few.turns, 1), axis=0).max())
     directions = all_directions(scene, max(2, order_for(extent, spread, _SUMMED)))
     sines = np.stack([directions.x, directions.y], axis=1)
-    analysis = chebyshev.analysis(side)
-    of_x, of_y = (chebvander(part / (sine or 1.0), side - 1) @ analysis for part in sines.T)
-    matrix = (of_x[:, :, None] * of_y[:, None, :]).reshape(len(sines), -1)
-    background, envelope, turns = (np.tensordot(matrix, part, 1) for part in parts[:3])
+    matrix = _monomials(sines / (reach or 1.0), len(places)) @ polynomials
+    background, envelope, turns = (np.tensordot(matrix, part, 1) for part in parts)
     weights = directions.weights / np.sqrt(1 - directions.squares())
-    arrives = np.broadcast_to(parts[3].all(axis=0), background.shape)
+    arrives = np.broadcast_to(few.arrives.all(axis=0), background.shape)
     return NodeLight(background, envelope, turns, arrives, weights, sines)
+
+
+@cache
+def _between(rings: tuple[tuple[float, int], ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Directions in the unit disc; from values there to a polynomial's coefficients, and to its values at the rim."""
+    angles = [2 * np.pi * np.arange(number) / number for _, number in rings]
+    circles = [np.stack([np.cos(angle), np.sin(angle)], axis=1) for angle in angles]
+    places = np.concatenate([radius * circle for (radius, _), circle in zip(rings, circles, strict=True)])
+    polynomials = np.linalg.inv(_monomials(places, len(places)))
+    return places, polynomials, _monomials(circles[-1], len(places)) @ polynomials
+
+
+def _monomials(places: Float[np.ndarray, "n 2"], terms: int) -> Float[np.ndarray, "n terms"]:
+    """The first so many of 1, y, x, y², xy, x², …"""
+    x, y = places.T
+    powers = ((k, total - k) for total in range(terms) for k in range(total + 1))
+    return np.stack([x**k * y**j for k, j in islice(powers, terms)], axis=1)
 
 
 def error_between_directions(scene: Scene, camera: Camera, light: NodeLight) -> float:
@@ -109,30 +127,25 @@ def error_between_directions(scene: Scene, camera: Camera, light: NodeLight) -> 
         return np.inf
     rim = (light.sines**2).sum(axis=1).argmax()
     places = [rim, (light.sines @ light.sines[rim]).argmin()]
-    nodes, error = round(light.turns.shape[-1] ** 0.5), 0.0
+    rays = _in_directions(scene, camera, round(light.turns.shape[-1] ** 0.5), light.sines[places])
+    size = abs(rays.envelope)
     ratio = channels_of(scene.light, None).lines.ratios.max()
-    for k, rays in zip(places, _in_directions(scene, camera, nodes, light.sines[places]), strict=True):
-        size = abs(rays.envelope)
-        change = 2 * np.pi * ratio * abs(light.turns[k] - rays.turns) * size
-        change = (change + abs(light.envelope[k] - rays.envelope)).sum(axis=0)
-        change = change + abs(light.background[k] - rays.background)
-        error = max(error, float(change.max() / (rays.background + size.sum(axis=0)).max()))
-    return _BETWEEN * error
+    of_phase = 2 * np.pi * ratio * abs(light.turns[places] - rays.turns) * size
+    change = (of_phase + abs(light.envelope[places] - rays.envelope)).sum(axis=1)
+    change = change + abs(light.background[places] - rays.background)
+    peak = (rays.background + size.sum(axis=1)).max(axis=-1)
+    return _BETWEEN * float((change.max(axis=-1) / peak).max())
 
 
-def _beats(bench: Packed, camera: Camera, nodes: int) -> Beats:
-    return beats(node_arrivals(bench, camera, nodes), bench.pairs, bench.source)
-
-
-def _in_directions(scene: Scene, camera: Camera, nodes: int, sines) -> list[Beats]:
-    """By rays in directions of these sines about the mean one."""
+def _in_directions(scene: Scene, camera: Camera, nodes: int, sines) -> Beats:
+    """By rays in directions of these sines about the mean one, [directions, ...]."""
     bench, frame = pack(parallel(scene)), launch_frame(scene.light)
-    light = replace(scene.light, extent=None)
-    # Not `replace`, whose checks of the same numbers take a third of the time of the rays.
     tilts = (np.asarray(tilt_towards(frame, x, y)) for x, y in sines)
-    lights = (eqx.tree_at(lambda light: light.tilt, light, tilt) for tilt in tilts)
-    benches = (bench._replace(setting=towards(bench.setting, light)) for light in lights)
-    return [_beats(turned, camera, nodes) for turned in benches]
+    settings = [towards(bench.setting, unchecked(scene.light, tilt=tilt)) for tilt in tilts]
+    arrivals = node_arrivals_in(bench, settings, camera, nodes)
+    by_beam = jax.tree.map(lambda leaf: np.moveaxis(leaf, 0, 1), arrivals)
+    background, envelope, turns, arrives = beats(by_beam, bench.pairs, bench.source)
+    return Beats(background, np.moveaxis(envelope, 0, 1), np.moveaxis(turns, 0, 1), arrives)
 
 
 def error_of_profile(scene: Scene, camera: Camera) -> float:

@@ -43,6 +43,7 @@ from newtonjax.numerics.quantities import require_pair as require_pair
 from newtonjax.numerics.quantities import require_size as require_size
 from newtonjax.numerics.quantities import require_tolerance as require_tolerance
 from newtonjax.numerics.quantities import require_whole as require_whole
+from newtonjax.numerics.quantities import unchecked as unchecked
 from newtonjax.numerics.turns import cos_turns as cos_turns
 from newtonjax.numerics.turns import cosine_and_sine as cosine_and_sine
 from newtonjax.numerics.turns import fraction as fraction

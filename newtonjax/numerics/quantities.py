@@ -3,6 +3,7 @@
 import os
 import sys
 from collections.abc import Mapping, Set
+from copy import copy
 from pathlib import Path
 from typing import Any
 
@@ -113,6 +114,17 @@ def as_complex(value: Float[Any, "..."]) -> Complex[Any, "..."]:
     if isinstance(value, np.ndarray | np.floating):
         return np.asarray(value + 0j)
     return jax.lax.complex(value, jnp.zeros_like(value))
+
+
+def unchecked(module: Any, **numbers) -> Any:
+    """A copy of a module with other fields, for those that its checks need not see: these take longer than a ray.
+
+    Values are taken as they are: what the module's converters would make of them.
+    """
+    fresh = copy(module)
+    for name, value in numbers.items():
+        object.__setattr__(fresh, name, value)
+    return fresh
 
 
 def require(name: str, value, allowed: str, test) -> None:

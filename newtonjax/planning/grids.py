@@ -28,7 +28,7 @@ def resolved(
             continue
         fine = Chebyshev(finest, table_error=table_error)
         light = fine.light(scene, camera)
-        fields, waves = fine.coefficients_and_waves(light, scene, camera)
+        fields, picture_of = fine.cuts(light, scene, camera)
         shells, parts = chebyshev.shells(fields), (len(fields) - 1) // 3
         size = shells[1 : 1 + 2 * parts].sum()
         least_error = bending_error(fields[1 + 2 * parts :], camera) + error_between_directions(scene, camera, light)
@@ -37,8 +37,7 @@ def resolved(
             error = beyond[: 1 + 2 * parts].sum() + 2 * np.pi * size * beyond[1 + 2 * parts :].max()
             error = float(error / (abs(fields[0, 0, 0]) + size)) + least_error
             if error <= tolerance:
-                method = Chebyshev(count, table_error=table_error)
-                return method, error, method.in_channels(scene, camera, fields[:, :count, :count], waves)
+                return Chebyshev(count, table_error=table_error), error, picture_of(count)
     raise ValueError(
         f"aperture and blur over fringes that change within a pixel by more than {tolerance:.2g}, or that no grid of "
         "nodes resolves; allowed: a larger tolerance, finer pixels or a smaller image"

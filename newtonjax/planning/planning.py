@@ -30,6 +30,7 @@ from newtonjax.methods import (
     has_channels,
     is_single,
     means_error,
+    of_points,
     one_line,
     parallel,
     summed_at_nodes,
@@ -192,7 +193,7 @@ def _in_channels(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, 
     """The plan of the mean line, whose phase errors are larger in shorter waves; and a table that errs by less."""
     stretch = float(np.max(channels_of(scene.light, None).lines.ratios))
     table_error = (_OF_MEANS if camera.takes_means else _OF_TABLES) * tolerance
-    points, line = replace(camera, response=None, aperture=None, blur=None), one_line(scene)
+    points, line = replace(of_points(camera), response=None), one_line(scene)
     line_plan, _ = planned(line, points, (tolerance - table_error) / stretch)
     method, picture = line_plan.method, None
     if isinstance(method, Chebyshev | ClosedForm):
