@@ -9,6 +9,7 @@ points alone; rays at every pixel take the other.
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import product
 from typing import NamedTuple
 
 import jax
@@ -84,7 +85,7 @@ def _arrivals_in(packed: Packed, settings: Sequence[Setting], points: Float[np.n
     calls = _calls(beams, side_by_side)
     with x64(), jax.default_device(jax.local_devices(backend="cpu")[0]):
         routes = [jax.tree.map(lambda leaf, chosen=chosen: leaf[chosen], packed.routes) for chosen in calls]
-        parts = [rays(route, setting, block) for setting in settings for route in routes for block in blocks]
+        parts = [rays(route, setting, block) for setting, route, block in product(settings, routes, blocks)]
     grid = len(settings), len(calls), len(blocks)
 
     def joined(tables: Sequence[Array]) -> np.ndarray:

@@ -3,6 +3,7 @@
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
@@ -14,6 +15,7 @@ from newtonjax.scene import (
     Gap,
     Lines,
     Scene,
+    Surface,
     channels_of,
     directions_of,
     gap_between,
@@ -31,6 +33,18 @@ def path_range(gap: Gap, camera: Camera, wavenumber) -> tuple[Any, Any]:
     xp = module_of(turns)
     turns = xp.broadcast_to(turns, (RANGE_POINTS, RANGE_POINTS))
     return bounds_between(turns[None])
+
+
+def turns_at_pixels(gap: Gap, wavenumber, x: Float[Any, "1 columns"], y: Float[Any, "rows 1"]):
+    """The path difference at every pixel [turns], for look-ups in tables.
+
+    What a branch gives is stored: fused with look-ups, its arithmetic would be done over for every number of a table.
+    """
+
+    def of(profile):
+        return jnp.broadcast_to(gap.opd(x, y, profile) * wavenumber, (len(y), x.shape[1]))
+
+    return jax.lax.cond(gap.is_shallow(x, y), lambda: of(Surface.shallow_sag), lambda: of(Surface.sag))
 
 
 def bounds_between(turns: Float[Any, "pairs rows columns"]) -> tuple[Any, Any]:

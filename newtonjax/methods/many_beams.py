@@ -29,7 +29,12 @@ from newtonjax.fields import (
     traced_harmonics_of,
 )
 from newtonjax.methods.closed_form_float32 import closed_turns
-from newtonjax.methods.gap_paths import of_points, path_range, source_points
+from newtonjax.methods.gap_paths import (
+    of_points,
+    path_range,
+    source_points,
+    turns_at_pixels,
+)
 from newtonjax.numerics import cosine_and_sine, fraction, is_concrete, namespace
 from newtonjax.scene import Camera, Channels, Directions, Gap, Light, Scene, Surface, channels_of, gap_between
 
@@ -165,8 +170,4 @@ def _summed(gap: Gap, wavenumber, profile: Profile, x, y) -> Float[Array, "rows 
 
 @jax.jit
 def _looked_up(gap: Gap, wavenumber, wave: Waveform, x, y) -> Float[Array, "rows columns channels"]:
-    def image(profile) -> Any:
-        turns = gap.opd(x, y, profile) * wavenumber
-        return wave.at(jnp.broadcast_to(turns, jnp.broadcast_shapes(x.shape, y.shape)))
-
-    return jax.lax.cond(gap.is_shallow(x, y), lambda: image(Surface.shallow_sag), lambda: image(Surface.sag))
+    return wave.at(turns_at_pixels(gap, wavenumber, x, y))

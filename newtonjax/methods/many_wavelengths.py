@@ -23,17 +23,30 @@ from newtonjax.fields import (
     table_for,
     waveform,
 )
-from newtonjax.methods.gap_paths import RANGE_POINTS, bounds_between, channels_over_source, path_range
+from newtonjax.methods.gap_paths import (
+    RANGE_POINTS,
+    bounds_between,
+    channels_over_source,
+    path_range,
+    turns_at_pixels,
+)
 from newtonjax.methods.node_waves import wave_count, wave_parts
 from newtonjax.methods.pictures import AbstractPicture, one_by_one, starts
-from newtonjax.numerics import chebyshev, cos_turns, is_concrete, module_of, sin_turns, unchecked, x64
+from newtonjax.numerics import (
+    chebyshev,
+    cos_turns,
+    is_concrete,
+    module_of,
+    sin_turns,
+    unchecked,
+    x64,
+)
 from newtonjax.scene import (
     Camera,
     Channels,
     Gap,
     Light,
     Scene,
-    Surface,
     channels_of,
     gap_between,
     lights_of_channels,
@@ -107,16 +120,12 @@ def equal_thickness(scene: Scene, camera: Camera, tolerance: float) -> Float[Arr
 
 @partial(jax.jit, static_argnums=7)
 def _pixels(gap: Gap, wavenumber, background, mutual, tables: Spectral, x, y, over_carrier: bool):
-    def image(profile):
-        turns = gap.opd(x, y, profile) * wavenumber
-        shape = jnp.broadcast_shapes(x.shape, y.shape)
-        turns = jnp.broadcast_to(turns, shape)
-        channels = len(tables.levels)
-        return background * tables.levels + fringes_by_table(
-            mutual, None, turns, channels, tables.waves[0], over_carrier
-        )
-
-    return jax.lax.cond(gap.is_shallow(x, y), lambda: image(Surface.shallow_sag), lambda: image(Surface.sag))
+    turns = turns_at_pixels(gap, wavenumber, x, y)
+    levels, wave = background * tables.levels, tables.waves[0]
+    if over_carrier:
+        return levels + fringes_by_table(mutual, None, turns, len(tables.levels), wave, over_carrier)
+    cubics = (mutual * jnp.asarray(wave.cubics)).at[:, 0].add(levels)
+    return wave._replace(cubics=cubics).at(turns)
 
 
 def _line_by_line(turns, background, mutual, channels: Channels, means: GapMeans | None):

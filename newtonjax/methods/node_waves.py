@@ -5,7 +5,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Complex, Float
 
-from newtonjax.fields import Beats, Fields, GapMeans, error_of, means_along, pixel_factors, smooth
+from newtonjax.fields import (
+    Beats,
+    Fields,
+    GapMeans,
+    error_of,
+    means_along,
+    pixel_factors,
+    smooth,
+)
 from newtonjax.numerics import as_complex, chebyshev, is_concrete, module_of, namespace
 from newtonjax.scene import Camera, Lines
 
@@ -151,7 +159,8 @@ def of_few_lines(
     phase = 2 * np.pi * (lines.ratios[:, None, None] - 1) * turns
     envelope = (waves * (np.cos(phase) + 1j * np.sin(phase))).sum(axis=0)
     background = light.weights @ light.background
-    nodes = smooth(Fields(background, envelope, turns, np.zeros(len(background)), light.arrives.all(axis=0)))
+    arrives = light.arrives.all(axis=0)
+    nodes = smooth(Fields(background, envelope, turns, np.zeros(len(background)), arrives))
     counts = (count for count in _COUNTS if error_of(nodes, count).intensity <= tolerance)
     count = next(counts, None)
     return None if count is None else nodes.coefficients[:, :count, :count]

@@ -10,7 +10,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from newtonjax.fields import Beats, beats, intensity, node_arrivals, node_arrivals_in, node_fields, pack
+from newtonjax.fields import (
+    Beats,
+    beats,
+    intensity,
+    node_arrivals,
+    node_arrivals_in,
+    node_fields,
+    pack,
+)
 from newtonjax.methods.gap_paths import of_points, parallel
 from newtonjax.methods.many_beams import profile_of
 from newtonjax.methods.many_wavelengths import one_line

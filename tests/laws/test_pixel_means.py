@@ -170,6 +170,26 @@ def test_derivatives_of_the_tables_are_those_of_differences_also_at_0(light):
             np.testing.assert_allclose(slopes[name], expected, atol=1e-4 * scale, err_msg=name)
 
 
+def test_the_gradient_of_a_sum_over_blurred_white_pixels_is_that_of_differences():
+    weights = np.random.default_rng(5).normal(size=(*CAMERA.shape, 3))
+
+    def total(numbers):
+        camera = replace(CAMERA, blur=numbers["blur"], pixel_size=10e-6, response=nj.cie_1931())
+        scene = nj.newton_rings(numbers["radius"], light="white:5500K", gap=numbers["gap"])
+        scene = replace(scene, light=replace(scene.light, wavelength=numbers["wavelength"]))
+        return (nj.render(scene, camera, nj.ClosedForm()) * weights).sum()
+
+    values = {"radius": 0.2, "gap": 3e-7, "wavelength": 550e-9, "blur": 0.8}
+    of_sum = jax.jit(total, compiler_options=QUICKLY)
+    gradient = jax.jit(jax.grad(total), compiler_options=QUICKLY)(values)
+    for name, value in values.items():
+        step = {"radius": 1e-6, "blur": 1e-4}.get(name, 1e-12)
+        difference = of_sum({**values, name: value + step}) - of_sum({**values, name: value - step})
+        expected = difference / (2 * step)
+        # Of tables that err by 1e-4 of the fringes where their range is not known.
+        assert float(gradient[name]) == pytest.approx(float(expected), rel=1e-4), name
+
+
 def test_a_blur_or_an_area_compiles_nothing_new_where_light_is_tabulated():
     scene = nj.newton_rings(0.2, light="mercury", gap=3e-7)
     nj.render(scene, CAMERA, nj.ClosedForm())
