@@ -10,7 +10,11 @@ given. On the model these are right but for tilts, curvatures and a common error
 priors; off it each response is 4 nm off, channels mix by 4 % and the lamp is tilted by 15 % over 50 nm. Another lamp
 or a camera of another kind is to be refused, or stated with what it costs.
 
-    python -m experiments.truth.colour_pairs [--cameras 40] [--light lines bands] [--quick]
+Two lenses before each camera are fitted with nothing given of the light (`unknown_camera`), under lamps of bands and a
+mercury arc: the ratio, and the fringe scales of the mean wave. Off the model curves are off as above, and every other
+camera writes JPEGs. A second picture under another lamp is to be refused.
+
+    python -m experiments.truth.colour_pairs [--cameras 40] [--light lines bands unknown] [--quick]
 """
 
 import argparse
@@ -38,7 +42,12 @@ from newtonjax.scene import Response, sampled_spectrum
 SHAPE = (256, 336)
 LENSES, OTHERS = 5, ("sodium", "cadmium", "led", "white")
 # Files of the records, by kind of light.
-RECORDS = {"lines": "colour_pairs.json", "bands": "colour_pairs_bands.json"}
+RECORDS = {
+    "lines": "colour_pairs.json",
+    "bands": "colour_pairs_bands.json",
+    "unknown": "colour_pairs_unknown.json",
+}
+UNKNOWN = ("white", "led", "mercury", "halogen", "filtered")
 BANDED, BANDED_LENSES = ("led", "white", "halogen", "filtered"), 3
 
 
@@ -119,6 +128,58 @@ def _banded(
     return _answer(fit, truth)
 
 
+def unknown_camera(seed: int, is_off: bool) -> list[dict]:
+    """Errors and deviations of the ratio of two lenses, and of their fringe scales, of which no light is given."""
+    rng, lamp = np.random.default_rng([seed, 67]), UNKNOWN[seed // 2 % len(UNKNOWN)]
+    curves = responses(rng.normal(0, 4, 3), 0.04) if is_off else responses()
+    light, blur = _light_of(lamp, rng), rng.uniform(0.7, 1.6)
+    truths = [random_truth(rng, lamp, SHAPE)._replace(blur=blur) for _ in range(2)]
+    is_jpeg = is_off and seed // 2 % 2 == 0
+    pair = _unknown([picture(truth, rng, curves, SHAPE, is_jpeg, light) for truth in truths])
+    line = {"seed": seed, "off": is_off, "jpeg": is_jpeg, "unknown": lamp, "status": pair.status}
+    line |= {"message": str(pair.message)}
+    if pair.ratio is None:
+        return [line]
+    true = truths[1].radius / truths[0].radius
+    line |= {"ratio_error": pair.ratio / true - 1, "ratio_sd": pair.ratio_sd / pair.ratio}
+    wavenumber, lines = _mean_wave(light, curves), []
+    for member, truth in zip(pair.members, truths, strict=True):
+        scale = wavenumber * truth.pixel_size**2 / truth.radius
+        lines.append(line | {"error": member.value / scale - 1, "sd": member.sd / member.value})
+        # The ratio counts once.
+        line = {name: value for name, value in line.items() if not name.startswith("ratio_")}
+    return lines
+
+
+def _light_of(lamp: str, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    return arc(rng) if lamp == "mercury" else (WAVELENGTHS, banded_light(lamp))
+
+
+def _unknown(images: list[np.ndarray]) -> fitting.Together:
+    return fitting.ratio(*images, light="unknown", view="reflected")
+
+
+def _mean_wave(light: tuple[np.ndarray, np.ndarray], curves: np.ndarray) -> float:
+    """The middle one of the channels' mean wavenumbers [1/m]."""
+    wavelengths, powers = light
+    products = [powers * np.interp(wavelengths, WAVELENGTHS, curve) for curve in curves]
+    return float(np.median([(product / wavelengths).sum() / product.sum() for product in products]))
+
+
+def other_lights(seed: int) -> dict:
+    """What is answered of two pictures of which the second is under another lamp."""
+    rng = np.random.default_rng([seed, 71])
+    lamps = [UNKNOWN[(seed + step) % len(UNKNOWN)] for step in (0, 1 + seed // len(UNKNOWN) % 4)]
+    truths = [random_truth(rng, lamp, SHAPE)._replace(blur=1.1) for lamp in lamps]
+    lights = [_light_of(lamp, rng) for lamp in lamps]
+    images = [picture(truth, rng, responses(), SHAPE, light=light) for truth, light in zip(truths, lights, strict=True)]
+    pair, true = _unknown(images), truths[1].radius / truths[0].radius
+    line = {"seed": seed, "lamps": lamps, "status": pair.status, "message": str(pair.message)}
+    if pair.ratio is not None:
+        line |= {"error": pair.ratio / true - 1, "sd": pair.ratio_sd / pair.ratio}
+    return line
+
+
 def other_lamp(seed: int, lamp: str) -> dict:
     """What is answered of a picture under another lamp that is said to be mercury's."""
     rng = np.random.default_rng([seed, 29])
@@ -139,7 +200,8 @@ def summary(lines: list[dict]) -> dict:
     for is_off, name in ((False, "on"), (True, "off")):
         pictures = [line for line in lines if line.get("off") == is_off]
         table[name] = {"pictures": len(pictures), "refused": sum("error" not in line for line in pictures)}
-        for number, prefix in (("radius", ""), ("ratio", "ratio_")):
+        first = "fringe_scale" if any("unknown" in line for line in lines) else "radius"
+        for number, prefix in ((first, ""), ("ratio", "ratio_")):
             pairs = [(line[f"{prefix}error"], line[f"{prefix}sd"]) for line in pictures if f"{prefix}error" in line]
             errors, sds = np.array(pairs).T
             z = errors / sds
@@ -164,14 +226,17 @@ def summary(lines: list[dict]) -> dict:
 
 
 def pictures_under(light: str, count: int, others: int) -> list[dict]:
-    """So many cameras under "lines" or "bands", and so many pictures under other light."""
+    """So many cameras under "lines", "bands" or "unknown" light, and so many pictures under other light."""
     lines: list[dict] = []
     for seed in range(count):
         is_off = bool(seed % 2)
-        lines += camera(seed // 2, is_off) if light == "lines" else banded_camera(seed, is_off)
+        if light == "lines":
+            lines += camera(seed // 2, is_off)
+        else:
+            lines += banded_camera(seed, is_off) if light == "bands" else unknown_camera(seed, is_off)
     if light == "lines":
         return lines + [other_lamp(seed, OTHERS[seed % len(OTHERS)]) for seed in range(others)]
-    return lines + [other_curves(seed) for seed in range(others)]
+    return lines + [(other_curves if light == "bands" else other_lights)(seed) for seed in range(others)]
 
 
 def main() -> None:
@@ -187,9 +252,10 @@ def main() -> None:
         lines = pictures_under(light, *((2, 1) if options.quick else (options.cameras, options.cameras)))
         table = summary(lines) | {"cpu_seconds": time.process_time() - began}
         print(light, json.dumps(table, indent=1))
-        failures += sum(table[name][number]["beyond_4_sd"] for name in ("on", "off") for number in ("radius", "ratio"))
+        numbers = [number for name in ("on", "off") for number in table[name].values() if isinstance(number, dict)]
+        failures += sum(number["beyond_4_sd"] for number in numbers)
         others = table["other_light"]
-        failures += others["pictures"] - others["refused"] if light == "lines" else others["beyond_4_sd"]
+        failures += others["beyond_4_sd"] if light == "bands" else others["pictures"] - others["refused"]
         if not options.quick:
             record = json.dumps({"summary": table, "lines": lines}, indent=1)
             (records.RESULTS / RECORDS[light]).write_text(record + "\n")

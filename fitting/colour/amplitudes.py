@@ -29,10 +29,12 @@ def solve(
     smooth: Float[np.ndarray, "bins terms"],
     values: Float[np.ndarray, " bins"],
     weight: Float[np.ndarray, " bins"],
+    held: Float[np.ndarray, "rows components"] | None = None,
 ) -> Channel:
     """The least squares solution (C. L. Lawson and R. J. Hanson, Solving Least Squares Problems, 1974, chapter 23).
 
     The background is projected out first; of what remains a triangle as large as the number of components is solved.
+    `held`: what is known of the amplitudes before, as rows whose products with them are 0 with standard deviation 1.
     """
     root = np.sqrt(weight)
     basis, triangle = np.linalg.qr(smooth * root[:, None])
@@ -44,10 +46,11 @@ def solve(
     target = target - basis @ along
     reduced, small = np.linalg.qr(columns)
     right = reduced.T @ target
-    # Of columns that are nearly alike a little of each: without, the active set may go round in circles.
-    ridge = _RIDGE * float(np.linalg.norm(small)) * np.eye(columns.shape[1])
-    system = np.concatenate([small, ridge])
-    amplitudes, _ = nnls(system, np.concatenate([right, np.zeros(len(ridge))]), maxiter=_MOST_CHANGES * len(ridge))
+    if held is None:
+        # Of columns that are nearly alike a little of each: without, the active set may go round in circles.
+        held = _RIDGE * float(np.linalg.norm(small)) * np.eye(columns.shape[1])
+    system, zeros = np.concatenate([small, held]), np.zeros(len(held))
+    amplitudes, _ = nnls(system, np.concatenate([right, zeros]), maxiter=_MOST_CHANGES * columns.shape[1])
     constants = np.linalg.lstsq(triangle, along - across @ amplitudes, rcond=1e-12)[0]
     model = smooth @ constants + waves @ amplitudes
     return Channel(amplitudes, model, target - columns @ amplitudes)

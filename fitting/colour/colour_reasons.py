@@ -55,3 +55,12 @@ class ColourReason(Wording):
     GAP_ORDER_OPEN = (
         "the gap at the centre may be off by whole half waves: the order taken has a probability of {probability:.0%}"
     )
+    RATIOS_ALONE = (
+        "nothing is given of the light: rings give ratios of radii, and the fringe scale of their mean wave; a radius "
+        "needs a lamp (light), or a wavelength"
+    )
+    NO_COMMON_CHANNEL = "the pictures have no channel in common that is lit in all of them; take them under one light"
+    OTHER_LIGHT = (
+        "{name} is of another light than the others: beside them {worse:.0f} times as much of its rings is left over "
+        "as by itself, at most {most:.0f} are allowed; ratios need pictures of one lamp through one camera"
+    )

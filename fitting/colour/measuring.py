@@ -22,7 +22,7 @@ from fitting.photo import Photograph, Rings
 
 # Share of the highest level above which a channel is compared with itself; what is left over there and falls by so
 # much without it was clipped. Faint rings have all their light there: what is below must be this share of a channel.
-_HIGH, _CLIPPED, _BELOW = 0.93, 0.75, 0.5
+HIGH, CLIPPED, BELOW = 0.93, 0.75, 0.5
 # Orders of the gap that are compared, to either side.
 _ORDERS = (-2, -1, 1, 2)
 
@@ -117,16 +117,16 @@ def fit_light(rings: Rings1D, light: Lines | Curves) -> tuple[LampFit, tuple[int
 def _unclipped(rings: Rings1D, plain: LampFit) -> tuple[LampFit, tuple[int, ...]]:
     """A fit without the rings that are clipped, and the channels that have such."""
     profiles = plain.problem.profiles
-    below = profiles.below(np.full(len(rings.channels), _HIGH)).weight.sum(axis=1)
-    high = np.where(below > _BELOW * profiles.weight.sum(axis=1), _HIGH, np.inf)
+    below = profiles.below(np.full(len(rings.channels), HIGH)).weight.sum(axis=1)
+    high = np.where(below > BELOW * profiles.weight.sum(axis=1), HIGH, np.inf)
     dim = profiles.below(high)
     problem = replace(plain.problem, profiles=dim)
     cut = weighed(problem, plain.optimum.curve)
     ratio = cut.problem.variances / weighed_on(problem, plain)
-    clipped = tuple(np.flatnonzero(ratio < _CLIPPED).tolist())
+    clipped = tuple(np.flatnonzero(ratio < CLIPPED).tolist())
     if not clipped:
         return plain, ()
-    level = np.where(ratio < _CLIPPED, high, np.inf)
+    level = np.where(ratio < CLIPPED, high, np.inf)
     problem = replace(plain.problem, profiles=profiles.below(level))
     return weighed(problem, cut.optimum.curve), clipped
 

@@ -4,6 +4,7 @@ Variable projection (G. H. Golub and V. Pereyra, SIAM J. Numer. Anal. 10, 413 (1
 the amplitudes cannot be negative.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -18,7 +19,7 @@ from fitting.colour.waveform import PRIORS, STEPS, Curve, Light, View, fringes
 _REMEMBERED = 6
 # Numbers of a curve that every fit frees.
 ALWAYS_FREE = ("log_rate", "offset", "blur")
-_ITERATIONS, _TRIALS, _STILL = 20, 7, 1e-7
+ITERATIONS, _TRIALS, _STILL = 20, 7, 1e-7
 
 
 @dataclass(frozen=True)
@@ -80,30 +81,51 @@ class Optimum(NamedTuple):
         return float(np.sqrt(max(np.linalg.pinv(self.matrix)[0, 0], 0.0)))
 
 
-def optimum(problem: Problem, start: Curve, steps: int = _ITERATIONS) -> Optimum:
+def optimum(problem: Problem, start: Curve, steps: int = ITERATIONS) -> Optimum:
     """The curve of least squares next to a start: at most so many steps of Levenberg and Marquardt."""
-    curve, damping = start, 1e-3
-    residual = problem.residual(curve)
-    matrix = np.eye(len(problem.free))
+
+    def curve_of(numbers: np.ndarray) -> Curve:
+        return start._replace(**{name: float(at) for name, at in zip(problem.free, numbers, strict=True)})
+
+    def slopes(numbers: np.ndarray, residual: np.ndarray) -> np.ndarray:
+        curve = curve_of(numbers)
+        return np.stack([_slope(problem, curve, residual, name) for name in problem.free], axis=1)
+
+    before = np.array([getattr(start, name) for name in problem.free])
+    numbers, square, matrix = least_squares(lambda at: problem.residual(curve_of(at)), slopes, before, steps)
+    return Optimum(curve_of(numbers), square, matrix)
+
+
+def least_squares(
+    residual: Callable[[np.ndarray], np.ndarray],
+    slopes: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    start: Float[np.ndarray, " free"],
+    steps: int,
+) -> tuple[Float[np.ndarray, " free"], float, Float[np.ndarray, "free free"]]:
+    """Numbers next to a start, their sum of squares and normal matrix; `slopes` of numbers and their residual.
+
+    Where amplitudes reach zero the sum has kinks: the damping is kept from step to step.
+    """
+    numbers, damping = start, 1e-3
+    rest = residual(numbers)
+    matrix = np.eye(len(numbers))
     for _ in range(steps):
-        slopes = np.stack([_slope(problem, curve, residual, name) for name in problem.free], axis=1)
-        matrix, gradient = slopes.T @ slopes, slopes.T @ residual
-        before = float(residual @ residual)
+        design = slopes(numbers, rest)
+        matrix, gradient = design.T @ design, design.T @ rest
+        before = float(rest @ rest)
         for _ in range(_TRIALS):
             damped = matrix + damping * np.diag(np.diag(matrix) + 1e-30)
-            step = -np.linalg.lstsq(damped, gradient, rcond=1e-14)[0]
-            values = {name: getattr(curve, name) + float(by) for name, by in zip(problem.free, step, strict=True)}
-            trial = curve._replace(**values)
-            trial_residual = problem.residual(trial)
-            if trial_residual @ trial_residual < before:
+            trial = numbers - np.linalg.lstsq(damped, gradient, rcond=1e-14)[0]
+            trial_rest = residual(trial)
+            if trial_rest @ trial_rest < before:
                 break
             damping *= 8
         else:
             break
-        curve, residual, damping = trial, trial_residual, damping / 4
-        if before - float(residual @ residual) < _STILL * before:
+        numbers, rest, damping = trial, trial_rest, damping / 4
+        if before - float(rest @ rest) < _STILL * before:
             break
-    return Optimum(curve, float(residual @ residual), matrix)
+    return numbers, float(rest @ rest), matrix
 
 
 def _slope(problem: Problem, curve: Curve, residual: np.ndarray, name: str) -> np.ndarray:

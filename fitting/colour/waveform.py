@@ -20,6 +20,7 @@ class Curve(NamedTuple):
     - `bend`: by how much the camera's distortion stretches r² at the rim.
     - `balance`: of close lines towards the longer ones, in standard deviations of their lamps' (`Palette.tilt`).
     - `tilt_red` to `curvature_blue`: of the logarithm of a channel's spectrum over the given one (`GivenLight`).
+    - `gain_red` to `gain_blue`: contrast of a channel's fringes over that in the first picture of a set-up.
     """
 
     log_rate: float
@@ -37,6 +38,9 @@ class Curve(NamedTuple):
     curvature_red: float = 0.0
     curvature_green: float = 0.0
     curvature_blue: float = 0.0
+    gain_red: float = 1.0
+    gain_green: float = 1.0
+    gain_blue: float = 1.0
 
     def magnification(self, channel: int) -> float:
         """Of a channel, over the middle one's."""
@@ -57,29 +61,36 @@ PRIORS: dict[str, float | None] = {
     "blur_red": 0.5, "blur_blue": 0.5,
     "tilt_red": 0.3, "tilt_green": 0.3, "tilt_blue": 0.3,
     "curvature_red": 0.3, "curvature_green": 0.3, "curvature_blue": 0.3,
+    "gain_red": None, "gain_green": None, "gain_blue": None,
 }  # fmt: skip
 STEPS = {
     "log_rate": 1e-6, "offset": 1e-5, "blur": 1e-3, "red": 1e-4, "blue": 1e-4, "bend": 1e-5, "balance": 1e-3,
     "blur_red": 1e-3, "blur_blue": 1e-3,
     "tilt_red": 1e-3, "tilt_green": 1e-3, "tilt_blue": 1e-3,
     "curvature_red": 1e-3, "curvature_green": 1e-3, "curvature_blue": 1e-3,
+    "gain_red": 1e-4, "gain_green": 1e-4, "gain_blue": 1e-4,
 }  # fmt: skip
 
 
 @runtime_checkable
-class Light(Protocol):
-    """What the light of a channel may be made of: components, each a sum of waves.
-
-    - `wavelengths` and full widths at half maximum of Gaussian profiles [m], [waves].
-    - `lines`: how many components are lines; `middles`: wavelengths whose half is the step of an order [m].
-    - `free`: names of the curve's numbers that change the light of these channels.
-    - `variants`: lights that would do as well, by name.
-    """
+class Waves(Protocol):
+    """Wavelengths and full widths at half maximum of Gaussian profiles [m]."""
 
     @property
     def wavelengths(self) -> Float[np.ndarray, " waves"]: ...
     @property
     def widths(self) -> Float[np.ndarray, " waves"]: ...
+
+
+@runtime_checkable
+class Light(Waves, Protocol):
+    """What the light of a channel may be made of: components, each a sum of waves.
+
+    - `lines`: how many components are lines; `middles`: wavelengths whose half is the step of an order [m].
+    - `free`: names of the curve's numbers that change the light of these channels.
+    - `variants`: lights that would do as well, by name.
+    """
+
     @property
     def lines(self) -> int: ...
     @property
@@ -114,7 +125,7 @@ def waves(
 
 
 def fringes(
-    palette: Light, curve: Curve, squares: Float[np.ndarray, " bins"], width: float, channel: int, view: View
+    palette: Waves, curve: Curve, squares: Float[np.ndarray, " bins"], width: float, channel: int, view: View
 ) -> Float[np.ndarray, "bins waves"]:
     """The fringes of each wave, faded by its width, by blur and by the mean over a bin.
 

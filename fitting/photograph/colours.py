@@ -14,7 +14,7 @@ from fitting.photograph.result import FitResult
 from fitting.photograph.task import Task
 from fitting.reasons import Reason
 
-_NAMES = {"red": 0, "green": 1, "blue": 2, "grey": 1}
+NAMES = {"red": 0, "green": 1, "blue": 2, "grey": 1}
 _CURVES = "lamp and camera curves"
 # Channels by themselves that scatter so many times as their noise.
 _SCATTERED = 3.0
@@ -76,7 +76,7 @@ def measured_under(task: Task, rings: Rings, photographs: tuple[Photograph, ...]
     quantities, index = task.quantities, task.quantities.given.get("gap_index", 1.0)
     pixel_size = 0.0 if quantities.unknown is None else quantities.values(rings.scale)["pixel_size"]
     sign = -1.0 if task.contact_phase else 1.0
-    channels = tuple(_NAMES[photograph.channel] for photograph in photographs)
+    channels = tuple(NAMES[photograph.channel] for photograph in photographs)
     rings_of_channels = rings_in(photographs, rings, pixel_size * index, sign, channels)
     return measure(rings_of_channels, light.lines if light.curves is None else light.curves)
 

@@ -55,6 +55,11 @@ def light_of(arguments: dict[str, Any]) -> LampLight:
         raise ValueError("response is given without light: give the lamp's, such as light='white:D65' or 'lamp.csv'")
     if not isinstance(light, str | Spectrum):
         raise ValueError(f"light is {shown(light)}; allowed: words such as 'mercury', or a Spectrum")
+    if isinstance(light, str) and light == "unknown":
+        raise ValueError(
+            "light='unknown' is for several photographs of one set-up, whose lenses then have ratios: "
+            "fitting.ratio(first, second, light='unknown'); give the lamp, or leave light out for the fringe scale"
+        )
     for name in _APART:
         # Of curves a person may know by how much all their wavelengths are off.
         if arguments[name] is not None and not (name == "wavelength_sd" and response is not None):

@@ -19,6 +19,7 @@ from fitting.photograph.result import FitResult
 from fitting.photograph.shared_gap import SharedGap, fraction_of, shared_gap, window_of
 from fitting.photograph.together_result import Together
 from fitting.photograph.uncertainty import GAP_WAVES
+from fitting.photograph.unknown_light import check_unknown_light, ratios_under_unknown_light
 from fitting.reasons import Reason
 from newtonjax.numerics import shown
 
@@ -63,6 +64,7 @@ def fit_together(
     view_angle_sd: PerPicture = None,
     channel: PerPicture = None,
     noise: Any = None,
+    light: str | None = None,
     gap_range: tuple[float, float] | None = None,
 ) -> Together:
     """One answer from several photographs of rings, with one likelihood and one covariance.
@@ -85,6 +87,10 @@ def fit_together(
         form and illumination are always each picture's own, and so is the gap where it is not shared.
       names: of the pictures; their files' where they are not given.
       wavelength, ...: as in `fit`, lengths in metres; a list has one value for each picture: `[589.3e-9, 546.1e-9]`.
+      light: "unknown" for colour photographs of one set-up of which neither lamp nor camera is known: all channels of
+        all pictures have one spectrum, free but for powers of 0 or more (section `Unknown light` of the manual); with
+        it go `view`, `transfer`, `mask`, `page` and one `pixel_size`. Ratios of radii come out, and fringe scales of
+        the mean wave.
       gap_range: lowest and highest gap at the centre that may be [m]; half of the synthetic wavelength, 1 over the
         least difference of two wavenumbers, where it is not given.
 
@@ -95,6 +101,8 @@ def fit_together(
     """
     arguments = {name: value for name, value in locals().items() if name not in _OF_ALL}
     common = _checked_names(shared, each)
+    if light is not None:
+        check_unknown_light(arguments, common)
     has_gap = "gap" in common
     window = _checked_range(gap_range, has_gap)
     pictures, labels = _checked_pictures(images, names)
@@ -104,6 +112,8 @@ def fit_together(
     # Another page, channel or wavelength of a file is another picture.
     chosen = [[shown(own[name]) for name in ("page", "channel", "wavelength", "mask")] for own in by_picture]
     check_no_picture_twice(pictures, labels, chosen)
+    if light is not None:
+        return ratios_under_unknown_light(pictures, labels, by_picture)
     fits = [fit(image, **own) for image, own in zip(pictures, by_picture, strict=True)]
     numbers = [_logarithms(result) for result in fits]
     usable = [k for k, number in enumerate(numbers) if number is not None]
@@ -154,6 +164,7 @@ def ratio(
     view_angle_sd: PerPicture = None,
     channel: PerPicture = None,
     noise: Any = None,
+    light: str | None = None,
 ) -> Together:
     """The radius of the second picture's lens over that of the first, seen by one camera at one scale.
 

@@ -86,6 +86,11 @@ def light(text: str) -> str:
     """The words for a light, checked. Raises ValueError, in one line, for what names none."""
     from newtonjax.scene import lamp
 
+    if text.strip().lower() == "unknown":
+        raise ValueError(
+            "'unknown' is for several photographs of one set-up: `newtonjax together A.tif B.tif --light unknown`; "
+            "give the lamp, or leave --light out for the fringe scale"
+        )
     lamp(text)
     return text
 

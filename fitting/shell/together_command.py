@@ -1,7 +1,7 @@
 """The verb `together`: one answer from several photographs. What is heavy is imported inside it."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -46,6 +46,10 @@ def together(
     wavelength_sd: WaveSd = None,
     radius: KnownRadius = None,
     radius_sd: RadiusSd = None,
+    light: Annotated[
+        Literal["unknown"] | None,
+        typer.Option(help="Of colour photographs of one set-up: neither lamp nor camera is known; ratios alone."),
+    ] = None,
     view: View = None,
     transfer: Transfer = None,
     scale_from: ScaleFrom = None,
@@ -72,7 +76,8 @@ def together(
     The camera's distortion is one number for all; in the ratios of radii, each over
     the first, the scale cancels and may be unknown. With --share radius the pictures
     are of one lens, and one radius comes out. A picture that contradicts the others
-    is named. A manifest, as of `newtonjax batch`, has wavelengths and so on by picture.
+    is named. With --light unknown all colours are fitted under one free spectrum: the
+    ratios need no wavelength. A manifest, as of `newtonjax batch`, has wavelengths and so on by picture.
     """
     from fitting.shell import together_verb
     from fitting.shell.answer import Outputs
@@ -82,7 +87,7 @@ def together(
     options = FitOptions(
         wavelength, pixel_size, wavelength_sd, pixel_size_sd, radius, view, None, transfer, scale_from,
         mask=mask, plate_radius=plate_radius, plate_radius_sd=plate_radius_sd, page=page, radius_sd=radius_sd,
-        **model_of(model),
+        light=light, **model_of(model),
     )  # fmt: skip
     shared = tuple(name.strip().replace("-", "_") for name in share.split(",") if name.strip() not in ("", "none"))
     return together_verb.run(photos, shared, options, Outputs(json, output_dir, force), gap_range)

@@ -34,7 +34,7 @@ def run(
             raise ValueError("a manifest names a scene; pictures are put together by the gap formula: leave it out")
         if of_one := [name for name in _OF_ONE if getattr(own, name)]:
             raise ValueError(f"--{of_one[0]} is of one photograph; leave it out, or fit each one alone")
-        if own.lamp is not None:
+        if own.lamp not in (None, "unknown"):
             raise ValueError(
                 f"{own.lamp} is light of several lines; name one line for each photograph, or fit each one alone"
             )
