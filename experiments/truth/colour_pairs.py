@@ -66,7 +66,7 @@ def camera(seed: int, is_off: bool) -> list[dict]:
 def _answer(fit: fitting.FitResult, truth: Truth) -> dict:
     """Status and message, and of an answer its relative error, deviation, and what of it is that of given curves."""
     answer: dict = {"status": fit.status, "message": str(fit.message)}
-    if fit.status == "ok":
+    if fit.radius and fit.radius_sd:
         answer |= {"error": fit.radius / truth.radius - 1, "sd": fit.radius_sd / fit.radius}
         answer["curves_sd"] = dict(fit.budget).get("lamp and camera curves", 0.0) / fit.radius
     return answer
@@ -138,7 +138,7 @@ def unknown_camera(seed: int, is_off: bool) -> list[dict]:
     pair = _unknown([picture(truth, rng, curves, SHAPE, is_jpeg, light) for truth in truths])
     line = {"seed": seed, "off": is_off, "jpeg": is_jpeg, "unknown": lamp, "status": pair.status}
     line |= {"message": str(pair.message)}
-    if pair.ratio is None:
+    if not (pair.ratio and pair.ratio_sd):
         return [line]
     true = truths[1].radius / truths[0].radius
     line |= {"ratio_error": pair.ratio / true - 1, "ratio_sd": pair.ratio_sd / pair.ratio}
@@ -175,7 +175,7 @@ def other_lights(seed: int) -> dict:
     images = [picture(truth, rng, responses(), SHAPE, light=light) for truth, light in zip(truths, lights, strict=True)]
     pair, true = _unknown(images), truths[1].radius / truths[0].radius
     line = {"seed": seed, "lamps": lamps, "status": pair.status, "message": str(pair.message)}
-    if pair.ratio is not None:
+    if pair.ratio and pair.ratio_sd:
         line |= {"error": pair.ratio / true - 1, "sd": pair.ratio_sd / pair.ratio}
     return line
 
@@ -225,6 +225,11 @@ def summary(lines: list[dict]) -> dict:
     return table
 
 
+def _numbers(part: dict) -> list[dict]:
+    """The rows of coverage in one part of a summary."""
+    return [row for row in part.values() if isinstance(row, dict)]
+
+
 def pictures_under(light: str, count: int, others: int) -> list[dict]:
     """So many cameras under "lines", "bands" or "unknown" light, and so many pictures under other light."""
     lines: list[dict] = []
@@ -249,11 +254,11 @@ def main() -> None:
     failures = 0
     for light in options.light:
         began = time.process_time()
-        lines = pictures_under(light, *((2, 1) if options.quick else (options.cameras, options.cameras)))
-        table = summary(lines) | {"cpu_seconds": time.process_time() - began}
+        others = options.cameras // 4 if light == "unknown" else options.cameras
+        lines = pictures_under(light, *((2, 1) if options.quick else (options.cameras, others)))
+        table: dict = {**summary(lines), "cpu_seconds": time.process_time() - began}
         print(light, json.dumps(table, indent=1))
-        numbers = [number for name in ("on", "off") for number in table[name].values() if isinstance(number, dict)]
-        failures += sum(number["beyond_4_sd"] for number in numbers)
+        failures += sum(row["beyond_4_sd"] for name in ("on", "off") for row in _numbers(table[name]))
         others = table["other_light"]
         failures += others["beyond_4_sd"] if light == "bands" else others["pictures"] - others["refused"]
         if not options.quick:

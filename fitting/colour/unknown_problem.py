@@ -91,7 +91,7 @@ class SharedProblem:
     @property
     def smooth(self) -> Float[np.ndarray, "bins terms"]:
         """The background's terms, of each picture its own."""
-        return block_diag(*(background(profiles.squares, self.degree) for profiles in self.profiles))
+        return np.asarray(block_diag(*(background(profiles.squares, self.degree) for profiles in self.profiles)))
 
     def weights(self, number: int) -> Float[np.ndarray, " bins"]:
         """Of the bins of a channel in all pictures: one over their variance."""
