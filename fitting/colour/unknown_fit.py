@@ -82,9 +82,9 @@ class SharedFit:
         """Share of the variance of each picture's channels over its rings that the model explains."""
         shares = []
         left_over = variances_of(self.problem, self.best.curves)
-        for picture, own in enumerate(self.problem.profiles):
-            middle = np.average(own.means, axis=1, weights=own.weight)[:, None]
-            spread = np.mean(own.weight * (own.means - middle) ** 2, axis=1)
+        for picture, single in enumerate(self.problem.profiles):
+            middle = np.average(single.means, axis=1, weights=single.weight)[:, None]
+            spread = np.mean(single.weight * (single.means - middle) ** 2, axis=1)
             shares.append(1 - left_over[picture] / spread)
         return np.array(shares)
 
@@ -112,29 +112,29 @@ def _alone(problem: SharedProblem, best: SharedOptimum, picture: int) -> Alone:
     """One picture by itself, next to the curves of all."""
     part = slice(picture, picture + 1)
     free = (Number("offset", (0,)), Number("blur", (0,)))
-    own = replace(
+    single = replace(
         problem,
         profiles=problem.profiles[part],
         views=problem.views[part],
         variances=problem.variances[part],
         free=free,
     )
-    curves = shared_optimum(own, best.curves[part]).curves
-    by_itself = estimate(own, curves)
+    curves = shared_optimum(single, best.curves[part]).curves
+    by_itself = estimate(single, curves)
     together = variances_of(problem, best.curves)[part]
-    worse = float(np.median(together / variances_of(own, curves)))
+    worse = float(np.median(together / variances_of(single, curves)))
     return Alone(float(by_itself.values[0, 0]), float(by_itself.deviations[0, 0]), worse)
 
 
 def _problem(rings: Sequence[Rings1D], rates: Float[np.ndarray, " pictures"]) -> SharedProblem:
     """The problem of pictures of such rates [m per px²], without the rings next to contact."""
     channels, count = rings[0].channels, len(rings)
-    outer = [own.profiles.within(_INNERMOST / rate, np.inf) for own, rate in zip(rings, rates, strict=True)]
-    path = 2 * max(rate * float(own.squares.max()) + _REACH for own, rate in zip(outer, rates, strict=True))
-    variances = np.array([own.noise for own in outer])
+    outer = [single.profiles.within(_INNERMOST / rate, np.inf) for single, rate in zip(rings, rates, strict=True)]
+    path = 2 * max(rate * float(single.squares.max()) + _REACH for single, rate in zip(outer, rates, strict=True))
+    variances = np.array([single.noise for single in outer])
     # The camera's distortion is one for all: over the largest rim.
-    rim = max(own.view.rim for own in rings)
-    views = tuple(own.view._replace(rim=rim) for own in rings)
+    rim = max(single.view.rim for single in rings)
+    views = tuple(single.view._replace(rim=rim) for single in rings)
     together, others = tuple(range(count)), range(1, count)
     free = [Number("log_rate", (picture,)) for picture in others]
     free += [Number("offset", (picture,)) for picture in together]
@@ -147,16 +147,19 @@ def _start(rings: Sequence[Rings1D], rate: float) -> tuple[SharedProblem, tuple[
     """The likeliest curves of gaps of the first picture, and of what makes the others like it."""
     gap = _gap_of_first(rings, rate)
     first = rings[0].profiles
-    likest = [likenesses(first, own.profiles, rate, float(np.log(own.scale / rings[0].scale))) for own in rings[1:]]
+    likest = [
+        likenesses(first, single.profiles, rate, float(np.log(single.scale / rings[0].scale))) for single in rings[1:]
+    ]
     trials = []
     # Of many pictures not all of these together.
     most = max(1, round(_LIKELIEST ** (1 / max(len(likest), 1))))
     for pairs in product(*(pairs[:most] for pairs in likest)):
         likeness = [Likeness(0.0, 0.0), *pairs]
-        rates = rate * np.exp([own.ratio for own in likeness])
+        rates = rate * np.exp([single.ratio for single in likeness])
         problem = _problem(rings, rates)
         curves = tuple(
-            Curve(float(np.log(at)), 1e6 * (gap + own.difference)) for at, own in zip(rates, likeness, strict=True)
+            Curve(float(np.log(at)), 1e6 * (gap + single.difference))
+            for at, single in zip(rates, likeness, strict=True)
         )
         trials.append((_square(problem, curves), problem, curves))
     trials.sort(key=lambda trial: trial[0])
@@ -185,17 +188,17 @@ def _square(problem: SharedProblem, curves: tuple[Curve, ...]) -> float:
 def _unclipped(problem: SharedProblem, plain: SharedOptimum) -> tuple[SharedProblem, SharedOptimum, tuple[int, ...]]:
     """A fit without the rings that are clipped, and the channels that have such in some picture."""
     levels = []
-    for own in problem.profiles:
-        below = own.below(np.full(len(problem.channels), HIGH)).weight.sum(axis=1)
-        levels.append(np.where(below > BELOW * own.weight.sum(axis=1), HIGH, np.inf))
-    dim = tuple(own.below(level) for own, level in zip(problem.profiles, levels, strict=True))
+    for single in problem.profiles:
+        below = single.below(np.full(len(problem.channels), HIGH)).weight.sum(axis=1)
+        levels.append(np.where(below > BELOW * single.weight.sum(axis=1), HIGH, np.inf))
+    dim = tuple(single.below(level) for single, level in zip(problem.profiles, levels, strict=True))
     dimmed, cut = weighed(replace(problem, profiles=dim), plain.curves)
     ratio = dimmed.variances / _left_over(problem, plain, dim)
     is_clipped = ratio < CLIPPED
     if not is_clipped.any():
         return problem, plain, ()
     below = [np.where(each, level, np.inf) for each, level in zip(is_clipped, levels, strict=True)]
-    profiles = tuple(own.below(level) for own, level in zip(problem.profiles, below, strict=True))
+    profiles = tuple(single.below(level) for single, level in zip(problem.profiles, below, strict=True))
     problem, best = weighed(replace(problem, profiles=profiles), cut.curves)
     return problem, best, tuple(np.flatnonzero(is_clipped.any(axis=0)).tolist())
 
@@ -204,11 +207,11 @@ def _left_over(
     problem: SharedProblem, best: SharedOptimum, profiles: Sequence[Profiles]
 ) -> Float[np.ndarray, "pictures channels"]:
     """Variance of a block of weight 1 that a fit's own models leave over of other bins."""
-    ends = np.cumsum([len(own.squares) for own in problem.profiles])[:-1]
+    ends = np.cumsum([len(single.squares) for single in problem.profiles])[:-1]
     models = [np.split(answer.model, ends) for answer in problem.solved(best.curves)]
     return np.array(
         [
-            [np.mean(own.weight[k] * (own.means[k] - models[k][picture]) ** 2) for k in range(len(models))]
-            for picture, own in enumerate(profiles)
+            [np.mean(single.weight[k] * (single.means[k] - models[k][picture]) ** 2) for k in range(len(models))]
+            for picture, single in enumerate(profiles)
         ]
     )

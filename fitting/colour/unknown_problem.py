@@ -163,7 +163,7 @@ def shared_optimum(problem: SharedProblem, start: tuple[Curve, ...], steps: int 
 
 def variances_of(problem: SharedProblem, curves: tuple[Curve, ...]) -> Float[np.ndarray, "pictures channels"]:
     """Of a block of weight 1 in each picture and channel: the mean square of its weighted residuals."""
-    ends = np.cumsum([len(own.squares) for own in problem.profiles])[:-1]
+    ends = np.cumsum([len(single.squares) for single in problem.profiles])[:-1]
     parts = [np.split(answer.residual, ends) for answer in problem.solved(curves)]
     squares = np.array([[float(np.mean(part**2)) for part in channel] for channel in parts]).T
     return problem.variances * np.maximum(squares, 1e-12 * squares.max())

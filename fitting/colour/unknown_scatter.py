@@ -52,13 +52,13 @@ def deviations(
         normal += columns.T @ (columns * problem.weights(k)[:, None])
     direction = np.linalg.lstsq(normal, gradients.T, rcond=1e-13)[0]
     variance, white = np.zeros(len(gradients)), np.maximum((gradients.T * direction).sum(axis=0), 0.0)
-    ends = np.cumsum([0, *(len(own.squares) for own in problem.profiles)])
-    for picture, own in enumerate(problem.profiles):
+    ends = np.cumsum([0, *(len(single.squares) for single in problem.profiles)])
+    for picture, single in enumerate(problem.profiles):
         bins = slice(ends[picture], ends[picture + 1])
         influence, information = np.zeros((2, SECTORS, len(gradients)))
         for k, (columns, answer) in enumerate(zip(design, answers, strict=True)):
-            along, weights = columns[bins] @ direction, own.weights[k] / problem.variances[picture, k]
-            influence += (weights * (own.values[k] - answer.model[bins])) @ along
+            along, weights = columns[bins] @ direction, single.weights[k] / problem.variances[picture, k]
+            influence += (weights * (single.values[k] - answer.model[bins])) @ along
             information += weights @ along**2
         variance += [_variance(*pair) for pair in zip(influence.T, information.T, strict=True)]
     return np.sqrt(np.maximum(variance, white))

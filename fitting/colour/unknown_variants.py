@@ -30,10 +30,10 @@ def models_of(problem: SharedProblem, best: SharedOptimum) -> dict[str, SharedPr
         models[f"a spectrum {roughness:g} times as rough"] = replace(problem, light=light._replace(roughness=roughness))
     models |= {f"background of degree {degree}": replace(problem, degree=degree) for degree in _DEGREES}
     rates = [np.exp(curve.log_rate) for curve in best.curves]
-    inner = [own.within(_INNER / rate, np.inf) for own, rate in zip(problem.profiles, rates, strict=True)]
-    outer = [own.within(0.0, _OUTER * float(own.squares.max())) for own in problem.profiles]
+    inner = [single.within(_INNER / rate, np.inf) for single, rate in zip(problem.profiles, rates, strict=True)]
+    outer = [single.within(0.0, _OUTER * float(single.squares.max())) for single in problem.profiles]
     for name, profiles in (("without the innermost rings", inner), ("without the outermost rings", outer)):
-        if min(len(own.squares) for own in profiles) > _FEWEST:
+        if min(len(single.squares) for single in profiles) > _FEWEST:
             models[name] = replace(problem, profiles=tuple(profiles))
     own_blur = tuple(Number("blur", (picture,)) for picture in together[1:])
     first_blur = tuple(Number("blur", together[:1]) if number.name == "blur" else number for number in problem.free)
