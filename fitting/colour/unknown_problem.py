@@ -4,18 +4,36 @@ Variable projection as in `solver.py`; slopes are those at fixed amplitudes, of 
 are projected out (L. Kaufman, BIT 15, 49 (1975)).
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import (
+    dataclass,
+    field,
+    replace,
+)
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 from scipy.linalg import block_diag
 
-from fitting.colour.amplitudes import Channel, background, solve
+from fitting.colour.amplitudes import (
+    Channel,
+    background,
+    solve,
+)
 from fitting.colour.profiles import Profiles
-from fitting.colour.solver import ITERATIONS, least_squares
+from fitting.colour.solver import (
+    ITERATIONS,
+    least_squares,
+)
 from fitting.colour.unknown_light import UnknownLight
-from fitting.colour.waveform import COLOURS, PRIORS, STEPS, Curve, View, fringes
+from fitting.colour.waveform import (
+    COLOURS,
+    PRIORS,
+    STEPS,
+    Curve,
+    View,
+    fringes,
+)
 
 # Tables of fringes that are remembered: of all numbers of a few pictures.
 _REMEMBERED = 40
@@ -49,7 +67,11 @@ class SharedProblem:
     )
     _last: dict[tuple[Curve, ...], list[Channel]] = field(default_factory=dict, init=False, repr=False, compare=False)
 
-    def with_numbers(self, curves: tuple[Curve, ...], numbers: Float[np.ndarray, " free"]) -> tuple[Curve, ...]:
+    def with_numbers(
+        self,
+        curves: tuple[Curve, ...],
+        numbers: Float[np.ndarray, " free"],
+    ) -> tuple[Curve, ...]:
         """The curves with other values of what is free."""
         changed = list(curves)
         for number, value in zip(self.free, numbers, strict=True):
@@ -57,7 +79,10 @@ class SharedProblem:
                 changed[picture] = changed[picture]._replace(**{number.name: float(value)})
         return tuple(changed)
 
-    def numbers(self, curves: tuple[Curve, ...]) -> Float[np.ndarray, " free"]:
+    def numbers(
+        self,
+        curves: tuple[Curve, ...],
+    ) -> Float[np.ndarray, " free"]:
         """The values of what is free."""
         return np.array([getattr(curves[number.pictures[0]], number.name) for number in self.free])
 
@@ -71,21 +96,37 @@ class SharedProblem:
         """Standard deviations of what is known of the numbers before; infinite for nothing."""
         return np.array([PRIORS[number.name] or np.inf for number in self.free])
 
-    def waves(self, curves: tuple[Curve, ...], channel: int) -> Float[np.ndarray, "bins waves"]:
+    def waves(
+        self,
+        curves: tuple[Curve, ...],
+        channel: int,
+    ) -> Float[np.ndarray, "bins waves"]:
         """The fringes of each wave in a channel, in all pictures one after the other."""
         tables = []
         for picture, curve in enumerate(curves):
             tables.append(self._table(picture, curve, channel) * getattr(curve, f"gain_{COLOURS[channel]}"))
         return np.concatenate(tables)
 
-    def _table(self, picture: int, curve: Curve, channel: int) -> Float[np.ndarray, "bins waves"]:
+    def _table(
+        self,
+        picture: int,
+        curve: Curve,
+        channel: int,
+    ) -> Float[np.ndarray, "bins waves"]:
         """Of one picture, without its gain: channels of one size and blur have it in common."""
         key = (picture, *curve.geometry(channel))
         if key not in self._fringes:
             if len(self._fringes) >= _REMEMBERED:
                 self._fringes.pop(next(iter(self._fringes)))
             profiles, view = self.profiles[picture], self.views[picture]
-            self._fringes[key] = fringes(self.light, curve, profiles.squares, profiles.width, channel, view)
+            self._fringes[key] = fringes(
+                self.light,
+                curve,
+                profiles.squares,
+                profiles.width,
+                channel,
+                view,
+            )
         return self._fringes[key]
 
     @property
@@ -93,12 +134,18 @@ class SharedProblem:
         """The background's terms, of each picture its own."""
         return np.asarray(block_diag(*(background(profiles.squares, self.degree) for profiles in self.profiles)))
 
-    def weights(self, number: int) -> Float[np.ndarray, " bins"]:
+    def weights(
+        self,
+        number: int,
+    ) -> Float[np.ndarray, " bins"]:
         """Of the bins of a channel in all pictures: one over their variance."""
         pairs = zip(self.profiles, self.variances[:, number], strict=True)
         return np.concatenate([profiles.weight[number] / variance for profiles, variance in pairs])
 
-    def solved(self, curves: tuple[Curve, ...]) -> list[Channel]:
+    def solved(
+        self,
+        curves: tuple[Curve, ...],
+    ) -> list[Channel]:
         """Amplitudes of each channel, with models and residuals of its bins in all pictures."""
         if curves in self._last:
             return self._last[curves]
@@ -110,14 +157,22 @@ class SharedProblem:
         self._last[curves] = answers
         return answers
 
-    def residual(self, curves: tuple[Curve, ...]) -> Float[np.ndarray, " rows"]:
+    def residual(
+        self,
+        curves: tuple[Curve, ...],
+    ) -> Float[np.ndarray, " rows"]:
         """Of all bins, of what is known of the light and of priors, in standard deviations."""
         parts = []
         for answer in self.solved(curves):
             parts += [answer.residual, -self.light.held @ answer.amplitudes]
         return np.concatenate([*parts, self.numbers(curves) / self.widths])
 
-    def changes(self, curves: tuple[Curve, ...], amplitudes: np.ndarray, number: int) -> Float[np.ndarray, "bins free"]:
+    def changes(
+        self,
+        curves: tuple[Curve, ...],
+        amplitudes: np.ndarray,
+        number: int,
+    ) -> Float[np.ndarray, "bins free"]:
         """How a channel's fringes of given amplitudes change with what is free."""
         numbers, columns = self.numbers(curves), []
         for step in np.diag(self.steps):
@@ -126,7 +181,10 @@ class SharedProblem:
             columns.append((above - below) / (2 * step.max()))
         return np.stack(columns, axis=1)
 
-    def slopes(self, curves: tuple[Curve, ...]) -> Float[np.ndarray, "rows free"]:
+    def slopes(
+        self,
+        curves: tuple[Curve, ...],
+    ) -> Float[np.ndarray, "rows free"]:
         """Of the residual in what is free."""
         parts, smooth = [], self.smooth
         for k, answer in enumerate(self.solved(curves)):
@@ -150,7 +208,11 @@ class SharedOptimum(NamedTuple):
     chi2: float
 
 
-def shared_optimum(problem: SharedProblem, start: tuple[Curve, ...], steps: int = ITERATIONS) -> SharedOptimum:
+def shared_optimum(
+    problem: SharedProblem,
+    start: tuple[Curve, ...],
+    steps: int = ITERATIONS,
+) -> SharedOptimum:
     """The curves of least squares next to a start: at most so many steps of Levenberg and Marquardt."""
     numbers, square, _ = least_squares(
         lambda numbers: problem.residual(problem.with_numbers(start, numbers)),
@@ -161,7 +223,10 @@ def shared_optimum(problem: SharedProblem, start: tuple[Curve, ...], steps: int 
     return SharedOptimum(problem.with_numbers(start, numbers), square)
 
 
-def variances_of(problem: SharedProblem, curves: tuple[Curve, ...]) -> Float[np.ndarray, "pictures channels"]:
+def variances_of(
+    problem: SharedProblem,
+    curves: tuple[Curve, ...],
+) -> Float[np.ndarray, "pictures channels"]:
     """Of a block of weight 1 in each picture and channel: the mean square of its weighted residuals."""
     ends = np.cumsum([len(single.squares) for single in problem.profiles])[:-1]
     parts = [np.split(answer.residual, ends) for answer in problem.solved(curves)]
@@ -169,7 +234,19 @@ def variances_of(problem: SharedProblem, curves: tuple[Curve, ...]) -> Float[np.
     return problem.variances * np.maximum(squares, 1e-12 * squares.max())
 
 
-def weighed(problem: SharedProblem, curves: tuple[Curve, ...]) -> tuple[SharedProblem, SharedOptimum]:
+def weighed(
+    problem: SharedProblem,
+    curves: tuple[Curve, ...],
+) -> tuple[SharedProblem, SharedOptimum]:
     """Pictures and channels weighed by the variances that they leave over, and the optimum next to these curves."""
-    problem = replace(problem, variances=variances_of(problem, curves))
-    return problem, shared_optimum(problem, curves)
+    problem = replace(
+        problem,
+        variances=variances_of(
+            problem,
+            curves,
+        ),
+    )
+    return problem, shared_optimum(
+        problem,
+        curves,
+    )

@@ -1,18 +1,37 @@
 """Ratios of the lenses of one set-up from colour photographs of which neither lamp nor camera is known."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import (
+    Mapping,
+    Sequence,
+)
+from typing import (
+    Any,
+    NamedTuple,
+)
 
 import numpy as np
 
 from fitting.colour import COLOURS, ColourReason, Rings1D, SharedFit, fit_unknown_light, rings_in
 from fitting.parameters import one_blas_thread
-from fitting.photo import Photograph, Rings, read_channels
-from fitting.photograph.colours import NAMES, with_light
+from fitting.photo import (
+    Photograph,
+    Rings,
+    read_channels,
+)
+from fitting.photograph.colours import (
+    NAMES,
+    with_light,
+)
 from fitting.photograph.finding import find
 from fitting.photograph.result import FitResult
-from fitting.photograph.task import Task, task_of
-from fitting.photograph.together_result import PictureRow, Together
+from fitting.photograph.task import (
+    Task,
+    task_of,
+)
+from fitting.photograph.together_result import (
+    PictureRow,
+    Together,
+)
 from fitting.photograph.verdict import RefusedError
 from fitting.reasons import Reason
 from newtonjax.numerics import Statement, shown, x64
@@ -35,7 +54,10 @@ class _Seen(NamedTuple):
     pixel_size: float
 
 
-def check_unknown_light(arguments: Mapping[str, Any], shared: frozenset[str]) -> None:
+def check_unknown_light(
+    arguments: Mapping[str, Any],
+    shared: frozenset[str],
+) -> None:
     """Raises ValueError for a light that is known, and for what does not go with an unknown one."""
     light = arguments["light"]
     if not (isinstance(light, str) and light == UNKNOWN):
@@ -53,7 +75,9 @@ def check_unknown_light(arguments: Mapping[str, Any], shared: frozenset[str]) ->
 
 
 def ratios_under_unknown_light(
-    images: Sequence[Any], names: Sequence[str], arguments: Sequence[Mapping[str, Any]]
+    images: Sequence[Any],
+    names: Sequence[str],
+    arguments: Sequence[Mapping[str, Any]],
 ) -> Together:
     """Fringe scales of the pictures, and ratios of their lenses to the first one's; `arguments` of each, as of `fit`.
 
@@ -79,11 +103,18 @@ def ratios_under_unknown_light(
     return _together(fit, seen, warnings)
 
 
-def _refused(message: Statement, warnings: list[str]) -> Together:
+def _refused(
+    message: Statement,
+    warnings: list[str],
+) -> Together:
     return Together("refused", message, "fringe_scale", warnings=warnings)
 
 
-def _seen(image: Any, name: str, own: Mapping[str, Any]) -> _Seen:
+def _seen(
+    image: Any,
+    name: str,
+    own: Mapping[str, Any],
+) -> _Seen:
     """A picture with its rings. Raises RefusedError where there are none."""
     arguments = {**own, "image": image, "scene": None, "free": None, "fixed": None, "start": None}
     task, rings = find(task_of(arguments))
@@ -91,13 +122,20 @@ def _seen(image: Any, name: str, own: Mapping[str, Any]) -> _Seen:
     return _Seen(name, task, rings, with_light(channels), task.quantities.given.get("pixel_size", 0.0))
 
 
-def _rings_of(seen: _Seen, common: set[str]) -> Rings1D:
+def _rings_of(
+    seen: _Seen,
+    common: set[str],
+) -> Rings1D:
     photographs = tuple(channel for channel in seen.channels if channel.channel in common)
     sign, numbers = (-1.0 if seen.task.contact_phase else 1.0), tuple(NAMES[channel.channel] for channel in photographs)
     return rings_in(photographs, seen.rings, seen.pixel_size, sign, numbers)
 
 
-def _together(fit: SharedFit, seen: Sequence[_Seen], warnings: list[str]) -> Together:
+def _together(
+    fit: SharedFit,
+    seen: Sequence[_Seen],
+    warnings: list[str],
+) -> Together:
     """The answer of pictures of one light."""
     scales, spread = np.exp(fit.log_scales), fit.spread
     # What a picture alone does not leave over is of the pictures' differences: noise does not show it.
@@ -128,7 +166,12 @@ def _together(fit: SharedFit, seen: Sequence[_Seen], warnings: list[str]) -> Tog
     )
 
 
-def _single(fit: SharedFit, seen: _Seen, row: PictureRow, picture: int) -> FitResult:
+def _single(
+    fit: SharedFit,
+    seen: _Seen,
+    row: PictureRow,
+    picture: int,
+) -> FitResult:
     """What the fit of all says of one picture."""
     shares = zip(fit.problem.channels, fit.explained[picture], strict=True)
     moved = "; ".join(f"{name} {shift.change[1, picture]:+.2e}" for name, shift in fit.shifts.items())
