@@ -1,10 +1,7 @@
 """The fringe scales of pictures of one set-up under one unknown light: their ratios, and what these may be off by."""
 
 from collections.abc import Sequence
-from dataclasses import (
-    dataclass,
-    replace,
-)
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import NamedTuple
 
@@ -14,32 +11,11 @@ from jaxtyping import Float
 from fitting.colour.measuring import BELOW, CLIPPED, HIGH, Rings1D
 from fitting.colour.profiles import Profiles
 from fitting.colour.unknown_light import unknown_light
-from fitting.colour.unknown_problem import (
-    Number,
-    SharedOptimum,
-    SharedProblem,
-    shared_optimum,
-    variances_of,
-    weighed,
-)
-from fitting.colour.unknown_starts import (
-    Likeness,
-    likenesses,
-    valleys,
-)
-from fitting.colour.unknown_variants import (
-    Shift,
-    estimate,
-    shifts_of,
-)
-from fitting.colour.variants import (
-    Variant,
-    spread_among,
-)
-from fitting.colour.waveform import (
-    COLOURS,
-    Curve,
-)
+from fitting.colour.unknown_problem import Number, SharedOptimum, SharedProblem, shared_optimum, variances_of, weighed
+from fitting.colour.unknown_starts import Likeness, likenesses, valleys
+from fitting.colour.unknown_variants import Shift, estimate, shifts_of
+from fitting.colour.variants import Variant, spread_among
+from fitting.colour.waveform import COLOURS, Curve
 
 # Wavelengths that the spectrum is drawn about where the rings of a channel were searched [m].
 _MIDDLES = (600e-9, 540e-9, 460e-9)
@@ -48,16 +24,8 @@ _INNERMOST, _REACH = 0.15e-6, 0.3e-6
 # Gaps at the centre of the first picture that are tried [m]: near contact, and wide ones, at which a spectrum with
 # waves in it does for that of any gap; how many are followed, and how many times as much as by a wide one may be left.
 _NEAR, _WIDE, _TRIED, _WORSE = (
-    np.arange(
-        -0.3e-6,
-        0.31e-6,
-        0.02e-6,
-    ),
-    np.arange(
-        0.6e-6,
-        4e-6,
-        0.3e-6,
-    ),
+    np.arange(-0.3e-6, 0.31e-6, 0.02e-6),
+    np.arange(0.6e-6, 4e-6, 0.3e-6),
     2,
     2.0,
 )
@@ -111,10 +79,7 @@ class SharedFit:
     def explained(self) -> Float[np.ndarray, "pictures channels"]:
         """Share of the variance of each picture's channels over its rings that the model explains."""
         shares = []
-        left_over = variances_of(
-            self.problem,
-            self.best.curves,
-        )
+        left_over = variances_of(self.problem, self.best.curves)
         for picture, single in enumerate(self.problem.profiles):
             middle = np.average(single.means, axis=1, weights=single.weight)[:, None]
             spread = np.mean(single.weight * (single.means - middle) ** 2, axis=1)
@@ -132,10 +97,7 @@ def fit_unknown_light(
     """
     rate = 0.5 * rings[0].scale * _MIDDLES[clearest]
     problem, curves = _start(rings, rate)
-    problem, best = weighed(
-        problem,
-        curves,
-    )
+    problem, best = weighed(problem, curves)
     problem, best, clipped = _unclipped(problem, best)
     return _judged(problem, best, clipped)
 
@@ -146,10 +108,7 @@ def _judged(
     clipped: tuple[int, ...],
 ) -> SharedFit:
     """An optimum with its standard deviations, other models, and each picture alone."""
-    usual = estimate(
-        problem,
-        best.curves,
-    )
+    usual = estimate(problem, best.curves)
     alone = tuple(_alone(problem, best, picture) for picture in range(len(best.curves)))
     return SharedFit(problem, best, usual.values[0], usual.deviations, shifts_of(problem, best, usual), clipped, alone)
 
@@ -169,27 +128,10 @@ def _alone(
         variances=problem.variances[part],
         free=free,
     )
-    curves = shared_optimum(
-        single,
-        best.curves[part],
-    ).curves
-    by_itself = estimate(
-        single,
-        curves,
-    )
-    together = variances_of(
-        problem,
-        best.curves,
-    )[part]
-    worse = float(
-        np.median(
-            together
-            / variances_of(
-                single,
-                curves,
-            )
-        )
-    )
+    curves = shared_optimum(single, best.curves[part]).curves
+    by_itself = estimate(single, curves)
+    together = variances_of(problem, best.curves)[part]
+    worse = float(np.median(together / variances_of(single, curves)))
     return Alone(float(by_itself.values[0, 0]), float(by_itself.deviations[0, 0]), worse)
 
 
@@ -208,12 +150,7 @@ def _problem(
     together, others = tuple(range(count)), range(1, count)
     free = [Number("log_rate", (picture,)) for picture in others]
     free += [Number("offset", (picture,)) for picture in together]
-    free.append(
-        Number(
-            "blur",
-            together,
-        )
-    )
+    free.append(Number("blur", together))
     free += [Number(f"gain_{COLOURS[channel]}", (picture,)) for picture in others for channel in channels]
     return SharedProblem(tuple(outer), views, unknown_light(path), channels, variances, tuple(free))
 
