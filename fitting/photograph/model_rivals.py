@@ -190,7 +190,9 @@ def _nearest_power(
 
     def columns(at: np.ndarray) -> np.ndarray:
         r2 = (place[0] - at[0]) ** 2 + (place[1] - at[1]) ** 2 + _TINY
-        return np.stack([root, root * r2 ** (at[2] / 2)], axis=1)
+        logarithm = at[2] / 2 * np.log(r2)
+        # Over the largest, as a power that runs away would be.
+        return np.stack([root, root * np.exp(logarithm - logarithm.max())], axis=1)
 
     def misses(at: np.ndarray) -> np.ndarray:
         # Phase and scale are linear, and so found at once (Golub and Pereyra 1973).

@@ -9,6 +9,7 @@ from rings_data import WAVELENGTH
 import fitting
 import newtonjax as nj
 from experiments.truth.rival_pictures import picture
+from fitting.photograph.model_rivals import _nearest_power
 
 # Pixels so large that the sphere's own law differs from r² by less than a millionth.
 GIVEN = {"wavelength": WAVELENGTH, "pixel_size": 2e-5}
@@ -235,3 +236,13 @@ def test_the_scale_of_elliptic_rings_does_not_depend_on_the_sides_of_the_field()
     assert "oblique_view" in result.evidence.found.parts
     scale = ORDERS / UNIT**2 * np.sqrt(1.05 * 0.95)
     assert result.fringe_scale_per_px2 == pytest.approx(scale, rel=2e-4)
+
+
+@pytest.mark.parametrize("seed", [292, *range(20)])
+def test_a_power_of_a_phase_that_none_fits_is_a_number(seed):
+    random = np.random.default_rng(seed)
+    x, y = random.uniform(-1.5, 1.5, (2, 200))
+    radius = np.hypot(x, y)
+    spikes = (radius == radius.max(), radius == radius.min(), radius > np.sort(radius)[-3])
+    for turns in (*(spike.astype(float) for spike in spikes), np.zeros(200), random.normal(size=200)):
+        assert np.isfinite(_nearest_power([x, y], turns, np.ones(200), (0.0, 0.0))).all()
