@@ -3,8 +3,10 @@
 from newtonjax.fields import jet_fields as jet_fields
 from newtonjax.fields import packed as packed
 from newtonjax.fields.apertures import bending_error as bending_error
+from newtonjax.fields.apertures import bent_factors as bent_factors
 from newtonjax.fields.apertures import means_along as means_along
 from newtonjax.fields.apertures import pixel_factors as pixel_factors
+from newtonjax.fields.apertures import twisting_error as twisting_error
 from newtonjax.fields.at_points import Beats as Beats
 from newtonjax.fields.at_points import Fields as Fields
 from newtonjax.fields.at_points import arrivals_at as arrivals_at

@@ -18,6 +18,7 @@ from newtonjax.methods.over_source import OverSource as OverSource
 from newtonjax.methods.pictures import AbstractPicture as AbstractPicture
 from newtonjax.methods.source_directions import ORDERS as ORDERS
 from newtonjax.methods.source_directions import error_between_directions as error_between_directions
+from newtonjax.methods.source_directions import error_of_order as error_of_order
 from newtonjax.methods.source_directions import error_of_profile as error_of_profile
 from newtonjax.methods.source_directions import summed_at_nodes as summed_at_nodes
 from newtonjax.methods.splatting import Splat as Splat

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from newtonjax.fields import airy_of, airy_pixels, bending_error, gap_means, harmonics_of, pixel_factors
+from newtonjax.fields import airy_of, airy_pixels, bent_factors, gap_means, harmonics_of, twisting_error
 from newtonjax.methods.gap_paths import parallel
 from newtonjax.numerics import chebyshev
 from newtonjax.scene import Camera, Scene, channels_of, gap_between, node_points
@@ -16,8 +16,8 @@ _STEPS = 1001
 def means_error(scene: Scene, camera: Camera) -> float:
     """By how much `GapMeans` are off the means over pixels, over the peak; of known numbers.
 
-    Against what the local slope and bend of the path difference make of them at nodes, to first order in the bend; the
-    second is added. 0 for pixels that are points.
+    Against what the local slope and bend of the path difference make of them at nodes; what its third derivative may
+    change is added. 0 for pixels that are points.
     """
     gap, wavenumber = gap_between(scene), 1 / float(scene.wavelength)
     means = gap_means(gap, camera, wavenumber)
@@ -27,12 +27,12 @@ def means_error(scene: Scene, camera: Camera) -> float:
     turns = np.broadcast_to(gap.opd(points[:, 0], points[:, 1]) * wavenumber, len(points))
     ratios = np.asarray(channels_of(scene.light, None).lines.ratios)
     waves = np.unique([ratios.min(), 1.0, ratios.max()])
-    bent = bending_error(chebyshev.coefficients(turns[None]), camera) * waves.max() ** 2
+    twisted = twisting_error(chebyshev.coefficients(turns[None]), camera) * waves.max()
     error = 0.0
     for order, size in enumerate(_sizes(scene), 1):
-        expected = pixel_factors(turns[None], camera, order * waves)[:, 0]
+        expected = bent_factors(turns[None], camera, order * waves)[:, 0]
         real, imaginary = means.of(order * waves[:, None], turns, 1.0, 0.0)
-        error += size * (abs(real + 1j * imaginary - expected).max() + order**2 * bent)
+        error += size * (abs(real + 1j * imaginary - expected).max() + order * twisted)
     return _BETWEEN * float(error)
 
 

@@ -43,6 +43,11 @@ class NodeLight(NamedTuple):
         """The path differences of the carrier [turns]."""
         return (self.weights[:, None, None] * self.turns).sum(axis=0) / self.weights.sum()
 
+    def summed(self) -> tuple[Any, Any]:
+        """The background [n], and amplitudes [pairs, n] whose real parts are the mean line's fringes."""
+        waves = self.envelope * np.exp(2j * np.pi * self.turns)
+        return self.weights @ self.background, np.tensordot(self.weights, waves, 1)
+
     def envelopes(self, camera: Camera, ratios: Float[Any, " waves"], means: GapMeans | None = None):
         """Over the carrier, of waves of these wavenumbers over the mean one, [waves, pairs, n].
 

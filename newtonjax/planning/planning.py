@@ -2,7 +2,6 @@
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
@@ -26,6 +25,7 @@ from newtonjax.methods import (
     ClosedForm,
     OverSource,
     Traced,
+    error_of_order,
     error_of_profile,
     has_channels,
     is_single,
@@ -33,7 +33,6 @@ from newtonjax.methods import (
     of_points,
     one_line,
     parallel,
-    summed_at_nodes,
 )
 from newtonjax.numerics import Statement, require_concrete, require_tolerance
 from newtonjax.planning.faces import crossing_warnings, end_warnings, refuse_folds
@@ -153,10 +152,9 @@ def _sum_over_source(scene: Scene, camera: Camera, tolerance: float) -> tuple[Pl
         method = Chebyshev(table_error=_OF_TABLES * tolerance)
         of_nodes = method.error(parallel(scene), camera)
         by_direction = replace(by_direction, method=method, intensity_error=of_nodes.intensity)
-    coarse, error = summed_at_nodes(scene, camera, ORDERS[0]), np.inf
-    for order, finer in pairwise(ORDERS):
-        fine = summed_at_nodes(scene, camera, finer)
-        error = 1.5 * float(abs(fine - coarse).max() / fine.max())
+    of_order, error = error_of_order(scene, camera), np.inf
+    for order in ORDERS:
+        error = of_order(order)
         if error <= 0.5 * tolerance:
             chosen = replace(
                 by_direction,
@@ -166,9 +164,8 @@ def _sum_over_source(scene: Scene, camera: Camera, tolerance: float) -> tuple[Pl
                 reason=PlanReason.SUM_OVER_SOURCE(),
             )
             return _with_picture(chosen, camera)
-        coarse = fine
     raise ValueError(
-        f"a source of {ORDERS[-1]} x {ORDERS[-1]} directions or more: the sum over it still changes by {error:.2g} of "
+        f"a source of {ORDERS[-1]} x {ORDERS[-1]} directions or more: the sum over these errs by {error:.2g} of "
         f"the peak; allowed: {0.5 * tolerance:g}; give a smaller source, a larger tolerance, or method=OverSource()"
     )
 

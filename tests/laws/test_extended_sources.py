@@ -110,6 +110,29 @@ def test_nodes_hold_the_sum_over_a_disc(options):
     assert float(jnp.abs(of_one_direction - expected).max()) > 1e-3 * float(expected.max())
 
 
+# Radius, tilt, sine, shape, size of the image [m], options: phases that differ by 8 to 120 rad over the source.
+SLANTED = (
+    (0.31, (0.1024, 0.0848), 6.584e-4, "square", 3.8e-3, {"screen": 0.0294}),
+    (0.304, (0.0102, -0.0024), 0.02014, "disc", 0.99e-3, {"screen": 0.01504, "gap": 1.578e-5}),
+    (0.294, (0.0838, 0.0095), 3.232e-3, "disc", 2.8e-3, {"screen": 0.0241, "gap": 1.875e-5, "view": "transmitted"}),
+    (0.249, (0.0014, 0.0012), 0.02984, "square", 1.4e-3, {}),
+)
+
+
+@pytest.mark.parametrize(("radius", "tilt", "sine", "shape", "size", "options"), SLANTED)
+def test_what_is_stated_of_a_slanted_source_bounds_what_its_sum_errs_by(radius, tilt, sine, shape, size, options):
+    scene, camera, method = nj.newton_rings(radius, **options), nj.Camera((7, 7), size / 7), nj.Chebyshev(11)
+    scene = replace(scene, light=replace(scene.light, tilt=tilt, extent=nj.Extent(sine, shape)))
+    images = {order: np.asarray(nj.render(scene, camera, nj.OverSource(method, order))) for order in (1, 2, 3, 12)}
+    peak = images[12].max()
+    errors = {order: np.abs(image - images[12]).max() / peak for order, image in images.items()}
+    for order in (1, 2, 3):
+        stated = nj.OverSource(method, order).error(scene, camera).intensity
+        assert errors[order] <= stated + 1e-8  # of the nodes of the images
+        assert stated <= 10 * errors[order] + 2e-6  # of polynomials between directions
+    assert errors[1] > 1e-5
+
+
 def test_a_plan_takes_the_profile_of_the_gap_or_a_sum_over_directions_and_keeps_its_tolerance():
     for options, kind in (({}, nj.ClosedForm), ({"screen": 0.01}, nj.OverSource)):
         scene = nj.newton_rings(1.0, WAVELENGTH, 1e-6, angular_radius=2e-3, **options)

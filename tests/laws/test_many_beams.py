@@ -241,8 +241,8 @@ def test_what_no_closed_form_has_is_refused():
         nj.render(nj.newton_rings(1.0, **coated), CAMERA, nj.Traced())
     with pytest.raises(ValueError, match="ClosedForm cannot honour"):
         nj.render(nj.newton_rings(1.0, screen=0.01, **coated), CAMERA)
-    with pytest.raises(ValueError, match="errs by"):  # fringes that bend within a pixel
-        nj.render(nj.newton_rings(1.0, **coated), nj.Camera((5, 6), 0.2e-3, blur=1.0))
+    with pytest.raises(ValueError, match="errs by"):  # fringes that bend within the square of a pixel
+        nj.render(nj.newton_rings(1.0, **coated), nj.Camera((5, 6), 0.2e-3, aperture=1.0, blur=1.0))
 
 
 def test_coatings_survive_a_file_and_are_explained(tmp_path):
