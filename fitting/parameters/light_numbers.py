@@ -14,12 +14,12 @@ Move = Callable[[Scene, Camera, Any], tuple[Scene, Camera]]
 Entry = tuple[str, float, float, Move]
 # Of which the image holds the square alone.
 EVEN = ("gaussian_width", "source_size", "blur", "aperture")
-# Steps of numbers that may be 0: widths of lines [m], sines of angles, pixels.
-_WIDTH, _SINE, _PIXELS = 1e-10, 1e-2, 1.0
+# Steps of numbers that may be 0: widths of lines [m], sines of angles, curvatures of wavefronts [1/m], pixels.
+_WIDTH, _SINE, _CURVATURE, _PIXELS = 1e-10, 1e-2, 1.0, 1.0
 
 
 def light_entries(scene: Scene, camera: Camera) -> list[Entry]:
-    """What light and camera have beyond one line, parallel light and points: only what is not None can be moved.
+    """What light and camera have beyond one line, plane waves and points: only what is not None can be moved.
 
     "gaussian_width" and "lorentzian_width" are those of the widest line, which all lines share in proportion, or
     equally where all are 0; "line_splitting" is the distance of the outer lines, about the mean wavenumber. Gaussian
@@ -40,6 +40,9 @@ def light_entries(scene: Scene, camera: Camera) -> list[Entry]:
     if extent is not None:
         sine = float(extent.sine)
         entries.append(("source_size", sine, max(sine, _SINE), _size))
+    if scene.light.curvature is not None:
+        curvature = float(scene.light.curvature)
+        entries.append(("light_curvature", curvature, max(abs(curvature), _CURVATURE), _of_light))
     for name, move in (("blur", _blur), ("aperture", _aperture)):
         if (value := getattr(camera, name)) is not None:
             entries.append((name, float(value), max(float(value), _PIXELS), move))
@@ -79,6 +82,10 @@ def _splitting(scene, camera, by):
 def _size(scene, camera, by):
     extent = scene.light.extent
     return eqx.tree_at(lambda s: s.light.extent.sine, scene, abs(extent.sine + by)), camera
+
+
+def _of_light(scene, camera, by):
+    return eqx.tree_at(lambda s: s.light.curvature, scene, scene.light.curvature + by), camera
 
 
 def _blur(scene, camera, by):

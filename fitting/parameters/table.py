@@ -78,6 +78,7 @@ _SPECS = (
     ParameterSpec("lorentzian_width", "Δλ", "m", (0.0, float("inf"))),
     ParameterSpec("line_splitting", "δλ", "m"),
     ParameterSpec("source_size", "sin α"),
+    ParameterSpec("light_curvature", "c", "per_m"),
     ParameterSpec("blur", "b", "px"),
     ParameterSpec("aperture", "a", "px"),
     # Of a lens with two radii.

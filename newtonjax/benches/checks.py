@@ -36,6 +36,7 @@ _TESTS = {
     "tilts": TILT.holds,
     "radius_of_source": lambda value: TILT.holds(value) & (value >= 0),
     "aperture": lambda value: (value >= 0) & (value < 2),
+    "lamp": lambda value: THICKNESS.holds(value) | (value == 0),
     "screen": DISTANCE.holds,
     "fraction": lambda value: (value >= 0) & (value <= 1),
 }

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from newtonjax.benches.checks import checked
-from newtonjax.benches.light_and_matter import extent_of, index_of, light_of, mean_wavelength
+from newtonjax.benches.light_and_matter import curvature_of, extent_of, index_of, light_of, mean_wavelength
 from newtonjax.numerics import Scalar, Vector2
 from newtonjax.scene import (
     AllOrders,
@@ -51,6 +51,9 @@ def newton_rings(
     light_tilt: Vector2 = (0.0, 0.0),
     angular_radius: Scalar | None = None,
     numerical_aperture: Scalar | None = None,
+    source_distance: Scalar | None = None,
+    lamp_radius: Scalar | None = None,
+    collimator: Scalar | None = None,
     polarization: Scalar | None = None,
     polarization_degree: Scalar | None = None,
     beams: Sequence[str] | str | None = None,
@@ -88,6 +91,11 @@ def newton_rings(
       lens_tilt, plate_tilt: rotations about x and y [rad], of the lens about its apex, of the plate about the origin.
       angular_radius: of a round source, as seen from the bench [rad]; other shapes are an `Extent` of the `Light`.
       numerical_aperture: of a microscope that lights the gap and sees it through one objective; it is such a source.
+      source_distance: of the lamp from the vertex of the upper face [m]; None for parallel light.
+      lamp_radius: of a round lamp at that distance [m], instead of its angular radius.
+      collimator: focal length [m] of a thin lens on the upper face, through which the lamp lights the bench: from its
+        focal plane if no `source_distance` is given (Debelov and Dolgov 2021, figure 5: lamp, filter, bench,
+        collecting lens, shield and screen; a filter is of the `light`).
       light_tilt, polarization, polarization_degree: as in `Light`.
       lens_coating, plate_coating: on the faces of the gap, as a `Coating` or the words for one that `coating` takes;
         with one all orders in the gap are summed.
@@ -135,7 +143,14 @@ def newton_rings(
             light_tilt,
             polarization,
             polarization_degree,
-            extent_of(angular_radius, numerical_aperture, ambient),
+            extent_of(
+                angular_radius,
+                numerical_aperture,
+                ambient,
+                lamp_radius,
+                collimator if source_distance is None else source_distance,
+            ),
+            curvature_of(source_distance, collimator),
         ),
         screen=Surface(0.0, (0.0, 0.0, height)),
         beams=_PAIRS[view],
@@ -204,6 +219,9 @@ def air_wedge(
     light_tilt: Vector2 = (0.0, 0.0),
     angular_radius: Scalar | None = None,
     numerical_aperture: Scalar | None = None,
+    source_distance: Scalar | None = None,
+    lamp_radius: Scalar | None = None,
+    collimator: Scalar | None = None,
     polarization: Scalar | None = None,
     polarization_degree: Scalar | None = None,
     beams: Sequence[str] | str | None = None,
@@ -223,7 +241,7 @@ def air_wedge(
       lens_thickness, plate_thickness: of the upper and of the lower plate [m].
       plate_tilt: rotations of the lower plate about x and y [rad]; the gap's angle is the difference of the plates'.
       wavelength, light, gap_index, ambient_index: as in `newton_rings`, and so are view, screen, light_tilt,
-        angular_radius, numerical_aperture,
+        angular_radius, numerical_aperture, source_distance, lamp_radius, collimator,
         polarization, polarization_degree, beams, lens_coating (of the upper plate), plate_coating, shield and
         collecting_lens.
 
@@ -248,6 +266,9 @@ def air_wedge(
         light_tilt=light_tilt,
         angular_radius=angular_radius,
         numerical_aperture=numerical_aperture,
+        source_distance=source_distance,
+        lamp_radius=lamp_radius,
+        collimator=collimator,
         polarization=polarization,
         polarization_degree=polarization_degree,
         beams=beams,

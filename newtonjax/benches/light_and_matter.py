@@ -23,19 +23,61 @@ def index_of(number: Scalar | str, wavelength: Scalar, ambient_index: Scalar = 1
 
 
 def light_of(
-    light: str | Spectrum | None, wavelength: Scalar, ambient_index: Scalar, tilt, angle, degree, extent
+    light: str | Spectrum | None,
+    wavelength: Scalar,
+    ambient_index: Scalar,
+    tilt,
+    angle,
+    degree,
+    extent: Extent | None,
+    curvature: Scalar | None,
 ) -> Light:
     """The light of a wavelength, or of a spectrum; a spectrum of one sharp line is its wavelength."""
     spectrum = lamp(light, ambient_index) if isinstance(light, str) else light
     if spectrum is not None:
         wavelength, spectrum = spectrum.wavelength, None if spectrum.is_sharp_line() else spectrum
-    return Light(wavelength, tilt, angle, degree=degree, spectrum=spectrum, extent=extent)
+    return Light(wavelength, tilt, angle, degree=degree, spectrum=spectrum, extent=extent, curvature=curvature)
 
 
-def extent_of(angular_radius: Scalar | None, numerical_aperture: Scalar | None, ambient_index: Scalar) -> Extent | None:
-    """The source of an angular radius [rad], or of an objective. Raises ValueError where both are given."""
-    if angular_radius is not None and numerical_aperture is not None:
-        raise ValueError("angular_radius and numerical_aperture are both given; allowed: one of them")
+def curvature_of(source_distance: Scalar | None, collimator: Scalar | None) -> Scalar | None:
+    """Of the wavefront of a lamp at a distance [m], behind a thin lens of a focal length [m]: 1/d - 1/f [1/m].
+
+    None for plane waves: without either, and of a lamp in the focus.
+    """
+    if source_distance is None:
+        return None
+    if collimator is None:
+        return 1 / source_distance
+    is_in_focus = is_concrete(source_distance, collimator) and source_distance == collimator
+    return None if is_in_focus else 1 / source_distance - 1 / collimator
+
+
+def extent_of(
+    angular_radius: Scalar | None,
+    numerical_aperture: Scalar | None,
+    ambient_index: Scalar,
+    lamp_radius: Scalar | None,
+    lamp_distance: Scalar | None,
+) -> Extent | None:
+    """The source of an angular radius [rad], of an objective, or of a round lamp at a distance.
+
+    Raises ValueError where two are given, and for a lamp at no distance.
+    """
+    sizes = {
+        "angular_radius": angular_radius,
+        "numerical_aperture": numerical_aperture,
+        "lamp_radius": lamp_radius,
+    }
+    names = [name for name, size in sizes.items() if size is not None]
+    if len(names) > 1:
+        raise ValueError(f"{' and '.join(names)} are both given; allowed: one of them")
     if angular_radius is not None:
         return Extent(namespace(angular_radius).sin(angular_radius))
-    return None if numerical_aperture is None else Extent(numerical_aperture / ambient_index)
+    if numerical_aperture is not None:
+        return Extent(numerical_aperture / ambient_index)
+    if lamp_radius is None:
+        return None
+    if lamp_distance is None:
+        raise ValueError("lamp_radius without a distance; give source_distance, or the focal length of a collimator")
+    xp = namespace(lamp_radius, lamp_distance)
+    return Extent(lamp_radius / xp.sqrt(lamp_radius * lamp_radius + lamp_distance * lamp_distance))

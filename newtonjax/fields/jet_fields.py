@@ -25,6 +25,8 @@ from newtonjax.rays import (
     interact,
     is_small,
     land,
+    launched,
+    launched_field,
     reflected,
     transmitted,
 )
@@ -177,9 +179,9 @@ def _weighted(products: Jet, weights) -> Jet:
 
 
 def _shoot(route: list[Route], setting: Setting, start) -> tuple[Any, list[Any]]:
-    origin, across_x, across_y, direction = setting.launch
     nothing: Any = np.zeros(())
-    ray = Ray(origin + start[0] * across_x + start[1] * across_y, direction, nothing, nothing == 0)
+    position, direction, path = launched(setting.launch, setting.wavefront, start)
+    ray = Ray(position, direction, nothing + path, nothing == 0)
     legs = []
     for stop in route:
         ray, leg = interact(ray, stop)
@@ -252,7 +254,7 @@ def _arrive(route: list[Route], setting: Setting, points: Jet) -> _Arrived:
     target, point = points.value, landing.point.value
     reaches = abs(target - point).max(axis=0) <= 1e-6 * (abs(target).max(axis=0) + abs(point).max(axis=0) + 1e-6)
     arrives = lands & landing.alive & reaches & (spread.value != 0)
-    field = setting.field
+    field = launched_field(setting, _without_tube(legs[0].direction))
     for stop, leg in zip(route, legs, strict=True):
         leg = jax.tree.map(_without_tube, leg)
         field = reflected(stop, leg, field) if stop.action == REFLECT else transmitted(stop, leg, field)

@@ -171,6 +171,8 @@ def _refused(scene: Scene) -> tuple[str, str] | None:
             return part, "it takes a bare screen"
     if is_known_nonzero(scene.light.tilt):
         return "light.tilt", "it takes light along -z"
+    if scene.light.curvature is not None:
+        return "light.curvature", "it takes plane waves"
     for k, surface in enumerate(scene.surfaces):
         if type(surface) is not Surface:
             return f"surfaces[{k}] of {type(surface).__name__}", "it takes spheres and planes"

@@ -15,8 +15,10 @@ from newtonjax.rays.tracing import carry_field as carry_field
 from newtonjax.rays.tracing import gather as gather
 from newtonjax.rays.tracing import interact as interact
 from newtonjax.rays.tracing import land as land
+from newtonjax.rays.tracing import launched_field as launched_field
 from newtonjax.rays.tracing import reflected as reflected
 from newtonjax.rays.tracing import towards as towards
 from newtonjax.rays.tracing import trace as trace
 from newtonjax.rays.tracing import transmitted as transmitted
 from newtonjax.rays.tube import foci as foci
+from newtonjax.rays.wavefront import launched as launched

@@ -10,6 +10,7 @@ from jaxtyping import Array, Bool, Complex, Float, Int
 
 from newtonjax.numerics import functions, namespace
 from newtonjax.rays.fresnel import complex_cosine, reflect_field, refract, transmit_field
+from newtonjax.rays.wavefront import Frame, Wavefront, field_of, launched
 from newtonjax.scene import (
     REFLECT,
     REST,
@@ -18,6 +19,7 @@ from newtonjax.scene import (
     Height,
     Light,
     Scene,
+    Vectors,
     dot,
     exit_medium,
     field_at_launch,
@@ -28,9 +30,6 @@ from newtonjax.scene import (
     table_size,
     tables,
 )
-
-# An origin, and the directions x, y, z.
-Frame = tuple[Array, Array, Array, Array]
 
 
 class Route(NamedTuple):
@@ -50,8 +49,8 @@ class Setting(NamedTuple):
     """What all beams share.
 
     Launch frame, and frame of the plane that is imaged on the screen (origin, x, y, z); the magnification (1 without a
-    collecting lens); the launched field; the index at the screen; centre, axis and radius of a shield's hole, which is
-    infinite and in the screen where there is no shield.
+    collecting lens); the field launched on the axis; the index at the screen; centre, axis and radius of a shield's
+    hole, which is infinite and in the screen where there is no shield; the wavefront, None of plane waves.
     """
 
     launch: Frame
@@ -60,6 +59,7 @@ class Setting(NamedTuple):
     field: Complex[Array, "3 vectors"]
     exit_index: Float[Array, ""]
     hole: tuple[Array, Array, Array]
+    wavefront: Wavefront | None = None
 
     def across(self) -> Float[Array, "2 3 ..."]:
         """By how much the point moves in space that is seen one metre further along the screen's x and y."""
@@ -137,6 +137,7 @@ def gather(scene: Scene, interactions: int | None = None) -> tuple[Route, Settin
         xp.asarray(field_at_launch(scene.light)),
         xp.asarray(media[exit_medium(itinerary(scene.beams[0], count), count)]),
         _hole(xp, scene, screen),
+        _wavefront(xp, scene, media[0]),
     )
     return routes, setting
 
@@ -145,6 +146,11 @@ def towards(setting: Setting, light: Light) -> Setting:
     """The setting of the same scene in light of another direction, of known numbers."""
     launch = _frame_at(np, setting.launch[0], launch_frame(light))
     return setting._replace(launch=launch, field=np.asarray(field_at_launch(light)))
+
+
+def _wavefront(xp, scene: Scene, index) -> Wavefront | None:
+    curvature = scene.light.curvature
+    return None if curvature is None else Wavefront(xp.asarray(curvature), index)
 
 
 def _hole(xp, scene: Scene, screen):
@@ -214,10 +220,14 @@ def up_to_rests(step: Callable, begin: Any, route: Route) -> tuple[Any, None]:
 
 def launch(setting: Setting, start: Float[Array, "2 ..."]) -> Ray:
     """The ray at (u, v) [m] of the launch plane."""
-    origin, across_x, across_y, direction = setting.launch
+    position, direction, path = launched(setting.launch, setting.wavefront, start)
     zero = jnp.zeros_like(start[0])
-    position = origin + start[0] * across_x + start[1] * across_y
-    return Ray(position, jnp.broadcast_to(direction, position.shape), zero, zero == 0)
+    return Ray(position, jnp.broadcast_to(direction, position.shape), zero + path, zero == 0)
+
+
+def launched_field(setting: Setting, direction: Vectors) -> Complex[Any, "3 vectors ..."]:
+    """The field vectors of launched rays of a direction."""
+    return field_of(setting.launch, setting.wavefront, setting.field, direction)
 
 
 def land(setting: Setting, ray: Ray) -> Landing:
@@ -238,7 +248,8 @@ def land(setting: Setting, ray: Ray) -> Landing:
 
 def carry_field(route: Route, setting: Setting, legs: Leg) -> Complex[Array, "3 vectors"]:
     """The field vectors at the end of the legs, in units in which their square is the tube's flux."""
-    return jax.lax.scan(lambda field, both: (passed(*both, field), None), setting.field, (route, legs))[0]
+    field = launched_field(setting, legs.direction[0])
+    return jax.lax.scan(lambda field, both: (passed(*both, field), None), field, (route, legs))[0]
 
 
 def passed(stop: Route, leg: Leg, field):

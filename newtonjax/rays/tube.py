@@ -14,7 +14,8 @@ from jaxtyping import Array, Complex, Float
 
 from newtonjax.numerics import module_of
 from newtonjax.rays.fresnel import refract
-from newtonjax.rays.tracing import Landing, Leg, Route, Setting, interact, land, launch, passed
+from newtonjax.rays.tracing import Landing, Leg, Route, Setting, interact, land, launch, launched_field, passed
+from newtonjax.rays.wavefront import spreading
 from newtonjax.scene import REFLECT, REST, Vectors, dot
 
 
@@ -50,7 +51,8 @@ def shoot(
     _, across_x, across_y, _ = setting.launch
     ray = launch(setting, start)
     across = jnp.broadcast_to(jnp.stack([across_x, across_y], axis=1), (3, *start.shape))
-    field = jnp.broadcast_to(setting.field, (*setting.field.shape[:2], *start.shape[1:]))
+    field = launched_field(setting, ray.direction)
+    field = jnp.broadcast_to(field, (*field.shape[:2], *start.shape[1:]))
 
     def step(state, stop):
         ray, tube, field, turns = state
@@ -58,7 +60,8 @@ def shoot(
         turns = turns + foci(leg.direction, leg.length, *tube)
         return (after, _behind(tube, stop, leg), passed(stop, leg, field), turns), None
 
-    begin = (ray, Tube(across, jnp.zeros_like(across)), field, jnp.zeros_like(start[0]))
+    spread = spreading(setting.launch, setting.wavefront, ray.direction)
+    begin = (ray, Tube(across, spread), field, jnp.zeros_like(start[0]))
     (ray, tube, field, turns), _ = go_along(step, begin, route)
     landing = land(setting, ray)
     turns = turns + foci(landing.direction, landing.length, *tube)

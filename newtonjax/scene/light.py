@@ -29,7 +29,7 @@ from newtonjax.scene.vectors import Direction, frame
 
 
 class Light(eqx.Module):
-    """Light of unit irradiance on a plane across it.
+    """Light of unit irradiance on a plane across it: plane waves, or spherical ones.
 
     - `wavelength`: in vacuum [m].
     - `tilt`: the direction, -z turned about x, then about y [rad].
@@ -43,7 +43,10 @@ class Light(eqx.Module):
       one; two components hold both, since the coherency matrix has two eigenvectors (section 10.9.2).
     - `spectrum`: lines and bands; None for one sharp line. `wavelength` is then the one of the mean wavenumber, and
       the whole spectrum goes with it in proportion: give `spectrum.wavelength` for the spectrum as it is.
-    - `extent`: of a source that is no point; None for parallel light.
+    - `extent`: of a source that is no point; None for light of one direction at each place.
+    - `curvature`: of the wavefront where the light's axis meets the first vertex [1/m]: 1 over the distance of a point
+      source, negative for light that a lens gathers beyond; None for plane waves. The irradiance there is 1, and falls
+      off the axis. A source of some extent is a part of the sphere of that radius.
     """
 
     wavelength: Scalar = eqx.field(converter=as_scalar)
@@ -53,6 +56,7 @@ class Light(eqx.Module):
     degree: Scalar | None = eqx.field(converter=as_scalar, default=None)
     spectrum: Spectrum | None = None
     extent: Extent | None = None
+    curvature: Scalar | None = eqx.field(converter=as_scalar, default=None)
 
     def __check_init__(self):
         if not isinstance(self.spectrum, Spectrum | None):
@@ -60,6 +64,8 @@ class Light(eqx.Module):
         if not isinstance(self.extent, Extent | None):
             raise ValueError(f"extent is {shown(self.extent)}; allowed: an Extent such as Extent(0.01), or None")
         require_number("wavelength", self.wavelength, f"a positive length, {WAVELENGTH.words}", WAVELENGTH.holds)
+        if self.curvature is not None:
+            require_number("light.curvature", self.curvature, "a finite curvature in 1/m, or None", finite)
         require("light.tilt", self.tilt, "two finite angles in radians", finite)
         require_size("light.tilt", self.tilt, 2, "two angles in radians, about x and about y")
         require(

@@ -24,6 +24,7 @@ from newtonjax.scene import (
 )
 from newtonjax.verbs.light_parts import (
     Omission,
+    of_distance,
     of_extent,
     of_line_width,
     of_pixel,
@@ -64,9 +65,6 @@ class Explanation:
     def __str__(self) -> str:
         light = self.scene.light
         polarized = "unpolarized, two components" if light.polarization is None else "polarized"
-        spread = (
-            "collimated" if light.extent is None else f"over a {light.extent.shape} of sine {light.extent.sine:.3g}"
-        )
         lines = [
             f"method      {self.plan.method.describe()}: {self.plan.reason}",
             f"error       {self.plan.phase_error:.2g} turns, {self.plan.intensity_error:.2g} of the peak "
@@ -77,7 +75,7 @@ class Explanation:
             + ("; below 2 pixels fringes are aliased" if self.finest_fringe < 2.4 else ""),
             *(f"warning     {words}" for words in self.plan.warnings),
             f"beams       {', '.join(self.plan.scene.beams)}",
-            f"light       {_lines(light)} {float(light.wavelength) * 1e9:.6g} nm, {spread}, {polarized}",
+            f"light       {_lines(light)} {float(light.wavelength) * 1e9:.6g} nm, {_way_in(light)}, {polarized}",
             "",
             "modelled, and the change of intensity if omitted (fraction of the peak):",
             *_rows(o for o in self.omissions if o.modelled),
@@ -89,6 +87,16 @@ class Explanation:
 
 def _lines(light: Light) -> str:
     return "one line of" if light.spectrum is None else f"{len(light.spectrum.weights)} lines or samples about"
+
+
+def _way_in(light: Light) -> str:
+    """From where light comes to the bench, in words."""
+    over = "" if light.extent is None else f"over a {light.extent.shape} of sine {light.extent.sine:.3g}"
+    curvature = 0.0 if light.curvature is None else float(light.curvature)
+    if not curvature:
+        return over or "collimated"
+    waves = f"from {1 / curvature:.4g} m away" if curvature > 0 else f"gathered {-1 / curvature:.4g} m beyond"
+    return f"{over}, {waves}" if over else waves
 
 
 def _rows(omissions) -> list[str]:
@@ -133,6 +141,7 @@ def explain(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Explanatio
     parts.append(of_pixel(fields, frequency, all_arrive, camera.takes_means, note))
     parts.append(of_line_width(scene, fields, tolerance) if light.spectrum is None else of_spectrum(light, fields))
     parts.append(of_extent(bench, camera, fields, tolerance))
+    parts.append(of_distance(bench, camera, points, fields, tolerance))
     if of_orders is not None:
         parts = [part for part in parts if part.part != "more beams"]
         parts.append(Omission("all orders, coatings", of_orders, True, "against the gap's two beams on bare glass"))

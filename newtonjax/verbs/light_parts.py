@@ -1,12 +1,13 @@
 """What the light and the camera change in an image: parts of `explain`."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from jaxtyping import Float
 
 from newtonjax.fields import Fields
 from newtonjax.methods import AbstractMethod, ClosedForm, means_error, parallel, summed_at_nodes
-from newtonjax.scene import Camera, Light, Scene, channels_of
+from newtonjax.scene import Camera, Light, Scene, channels_of, imaged_plane
 
 # What may hide between the points where an image with and without a part are compared.
 _BETWEEN, _BETWEEN_SLOPES = 2.0, 1.5
@@ -91,3 +92,22 @@ def of_extent(scene: Scene, camera: Camera, fields: Fields, tolerance: float) ->
     lit = summed_at_nodes(scene, camera, _ORDER)
     change = np.abs(lit - summed_at_nodes(parallel(scene), camera, 1)).max() / lit.max()
     return Omission(part, min(_BETWEEN * float(change), 2.0), True, "against parallel light, in the mean line")
+
+
+def of_distance(scene: Scene, camera: Camera, points: Float[np.ndarray, "n 2"], fields: Fields, tolerance: float):
+    """What the curved wavefront of a near source changes; of plane waves the distance that would cost the tolerance.
+
+    At an angle θ to the axis the path is shorter by the part θ²/2, and the irradiance by 3 θ²/2.
+    """
+    part, order = "distance of the source", float(np.abs(fields.phase).max(initial=0.0))
+    if scene.light.curvature is None:
+        reach = float(np.hypot(*points.T).max()) / abs(float(imaged_plane(scene)[1]))
+        distance = reach * float(np.sqrt((np.pi * order / 2 + 1.5) / tolerance))
+        note = f"a source {distance:.2g} m away costs {tolerance:g} where fringes lie in the gap"
+        return Omission(part, None, False, note)
+    lit = summed_at_nodes(scene, camera, _ORDER)
+    by_plane_waves = replace(scene, light=replace(scene.light, curvature=None))
+    plane = summed_at_nodes(by_plane_waves, camera, _ORDER)
+    change = np.abs(lit - (lit @ plane) / (plane @ plane) * plane).max() / lit.max()
+    note = "against plane waves that make the image as bright, in the mean line"
+    return Omission(part, min(_BETWEEN * float(change), 2.0), True, note)
