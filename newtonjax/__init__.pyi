@@ -21,6 +21,7 @@ from newtonjax.scene import AbstractFigure as AbstractFigure
 from newtonjax.scene import AllOrders as AllOrders
 from newtonjax.scene import Beam as Beam
 from newtonjax.scene import Camera as Camera
+from newtonjax.scene import CameraLens as CameraLens
 from newtonjax.scene import ChebyshevFigure as ChebyshevFigure
 from newtonjax.scene import Coating as Coating
 from newtonjax.scene import CollectingLens as CollectingLens

@@ -13,8 +13,13 @@ def encode(fraction: Float[np.ndarray, "rows columns *three"], bits: int) -> byt
     16 bits hold the linear values, 8 bits those of the sRGB curve (IEC 61966-2-1): `fit` reads them back the same way.
     Three channels are red, green and blue as they stand in the file.
     """
-    image = codes(fraction, bits)
+    return of_codes(codes(fraction, bits))
+
+
+def of_codes(image: UInt8[np.ndarray, "rows columns *_"] | UInt16[np.ndarray, "rows columns *_"]) -> bytes:
+    """A PNG of the numbers that stand in it, of 8 or 16 bits, grey or of three channels."""
     rows, columns, *channels = image.shape
+    bits = 8 * image.dtype.itemsize
     image = image.reshape(rows, -1)
     data = np.ascontiguousarray(image, image.dtype.newbyteorder(">")).view(np.uint8)
     # Each row less the one above it (filter 2), which for fringes compresses best.

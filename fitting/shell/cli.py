@@ -148,8 +148,7 @@ def render(
     how = render_verb.How(method, nodes, epsilon, tolerance)
     noise = seed if expose else None
     named = {name: value for name, value in bench.items() if value is not None}
-    depth = bits or (8 if colour else 16)
-    what = render_verb.Request(scene, output, named, shape, pixel_size, how, noise, depth, colour, explain, force)
+    what = render_verb.Request(scene, output, named, shape, pixel_size, how, noise, bits, colour, explain, force)
     return render_verb.run(what)
 
 

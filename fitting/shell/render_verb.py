@@ -1,18 +1,18 @@
 """The verb `render`: from options to a scene, a camera, a method, and a file."""
 
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-import jax
 import numpy as np
 
 import newtonjax as nj
 from fitting.parameters import curved_surface, output, png, quantities_of, tiff
 from fitting.shell import session
 from fitting.shell.bench_options import SCENES, arguments_of_scene, option_name
+from fitting.shell.developing import brightest, exposing, has_own_codes, noise_of, over_white, photograph
 from fitting.shell.progress import progress
 from newtonjax.methods import AbstractMethod, Splatted, unreached, why_unpaired
 from newtonjax.numerics import image_memory
@@ -23,7 +23,6 @@ _METHODS = {"closed-form": nj.ClosedForm, "chebyshev": nj.Chebyshev, "traced": n
 _TOLERANCE = 1e-3
 _TIFF = (".tif", ".tiff")
 _BYTES = 12  # of memory a pixel of an image that is not written block by block
-_FILL = 0.8  # of the full well, by the brightest pixel, where no camera file says how long to expose
 
 
 class How(NamedTuple):
@@ -48,7 +47,7 @@ class Request(NamedTuple):
     pixel_size: float | None
     how: How
     seed: int | None
-    bits: int
+    bits: int | None
     colour: bool
     explain: bool
     force: bool
@@ -74,7 +73,7 @@ def run(request: Request) -> int:
     kind = request.output.suffix.lower()
     if kind not in (".png", *_TIFF):
         raise ValueError(f"--output {request.output}: give a name that ends in .png, or in .tif for a large image")
-    if request.colour and (kind != ".png" or request.seed is not None or request.bits != 8):
+    if request.colour and (kind != ".png" or request.seed is not None or request.bits not in (None, 8)):
         raise ValueError("--colour makes an 8-bit PNG without noise; leave out --expose and --bits, and end with .png")
     output.check_free([request.output], request.force, keep=(Path(request.scene),))
     with progress("loading"):
@@ -86,20 +85,36 @@ def run(request: Request) -> int:
     with progress("rendering"):
         chosen = _choose(scene, camera, request.how)
         parts = _parts(chosen, camera, in_memory=kind not in _TIFF)
-        developed, white, noise = _develop(parts, camera, request.seed, from_file, chosen.splatted)
-        if kind in _TIFF:
-            tiff.write(request.output, camera.shape, developed, request.bits, request.force)
-        else:
-            rows = [part for _, part in developed]
-            image = rows[0] if len(rows) == 1 else np.concatenate(rows)
-            output.write(request.output, png.encode(image, request.bits), request.force)
-    _say(request, camera, chosen, white, noise)
+        white = peak = brightest(parts, chosen.splatted)
+        if request.seed is not None:
+            camera = exposing(camera, peak, from_file)
+            white = float(camera.full_well) / float(camera.exposure)
+        bits = request.bits or (8 if request.colour or camera.jpeg is not None else 16)
+        _write(request, camera, parts, peak, bits)
+    _say(request, camera, chosen, white, bits)
     if request.explain:
         tolerance = _TOLERANCE if request.how.tolerance is None else request.how.tolerance
         with progress("comparing methods"):
             explanation = nj.explain(scene, camera, tolerance)
         print(f"\nwhat is chosen without --method:\n{explanation}")
     return 0
+
+
+def _write(request: Request, camera: nj.Camera, parts: Iterable[tuple[int, np.ndarray]], peak: float, bits: int):
+    is_tiff = request.output.suffix.lower() in _TIFF
+    if request.seed is not None and has_own_codes(camera):
+        if is_tiff:
+            raise ValueError(f"--output {request.output}: a photograph of this camera is a PNG; end with .png")
+        codes = photograph(parts, camera, request.seed, bits)
+        output.write(request.output, png.of_codes(codes), request.force)
+        return
+    blocks = over_white(parts, camera, request.seed, peak, bits)
+    if is_tiff:
+        tiff.write(request.output, camera.shape, blocks, bits, request.force)
+        return
+    rows = [part for _, part in blocks]
+    image = rows[0] if len(rows) == 1 else np.concatenate(rows)
+    output.write(request.output, png.encode(image, bits), request.force)
 
 
 def _scene_and_camera(request: Request) -> tuple[nj.Scene, nj.Camera, bool]:
@@ -178,52 +193,20 @@ def _parts(chosen: Chosen, camera: nj.Camera, in_memory: bool) -> Iterable[tuple
     return list(blocks) if in_memory or blocks.rows == camera.shape[0] else blocks
 
 
-def _develop(
-    parts: Iterable[tuple[int, np.ndarray]],
-    camera: nj.Camera,
-    seed: int | None,
-    from_file: bool,
-    splatted: Splatted | None,
-) -> tuple[Iterator[tuple[int, np.ndarray]], float, str]:
-    """The blocks over white, white as a fraction of the incident irradiance, and a line on the noise."""
-    has_channels = camera.response is not None
-    peak = max(float((part[..., 1] if has_channels else part).max()) for _, part in parts)
-    if not peak > 0 and splatted and splatted.unpaired.any():
-        raise ValueError(f"the image is dark everywhere: {why_unpaired(splatted)}")
-    if not peak > 0:
-        raise ValueError("the image is dark everywhere: no beam reaches it; change the scene or the camera")
-    if has_channels:
-        return ((first, np.asarray(nj.to_srgb(part / peak))) for first, part in parts), peak, "none (colours)"
-    if seed is None:
-        return ((first, part / peak) for first, part in parts), peak, "none (add --expose for a photograph)"
-    if not from_file:
-        camera = replace(camera, exposure=_FILL * float(camera.full_well) / peak)
-    camera = replace(camera, bits=16)
-    key = jax.random.key(seed)
-
-    def exposed(first: int, part: np.ndarray) -> np.ndarray:
-        window = replace(camera, shape=part.shape)
-        return np.asarray(window.expose(part, jax.random.fold_in(key, first) if first else key)) / 65535
-
-    white = float(camera.full_well) / float(camera.exposure)
-    noise = (
-        f"shot noise at {float(camera.exposure):.4g} photoelectrons per incident irradiance, "
-        f"read noise of {float(camera.read_noise):g}, seed {seed}"
-    )
-    return ((first, exposed(first, part)) for first, part in parts), white, noise
-
-
-def _say(request: Request, camera: nj.Camera, chosen: Chosen, white: float, noise: str) -> None:
+def _say(request: Request, camera: nj.Camera, chosen: Chosen, white: float, bits: int) -> None:
     rows, columns = camera.shape
-    coding = "linear" if request.bits == 16 else "sRGB"
+    is_photograph = request.seed is not None and has_own_codes(camera)
+    coding = "linear" if bits == 16 else "sRGB"
+    if is_photograph:
+        coding = "sRGB" if camera.transfer == "srgb" else "linear"
     print(f"image: {request.output}, {rows} x {columns} pixels of {float(camera.pixel_size) * 1e6:g} um")
-    print(f"values: {request.bits} bits, {coding}, white is {white:.6g} of the incident irradiance")
+    print(f"values: {bits} bits, {coding}, white is {white:.6g} of the incident irradiance")
     print(f"method: {chosen.method.describe()} ({chosen.reason})")
     if chosen.splatted:
         _say_pairs(chosen.splatted, len(chosen.scene.beams))
     else:
         print(f"estimated error: {chosen.phase_error:.2g} turns, {chosen.intensity_error:.2g} of the peak intensity")
-    print(f"noise: {noise}")
+    print(f"noise: {noise_of(camera, request.seed)}")
     for words in chosen.warnings:
         print(f"warning: {words}")
     _say_few_fringes(chosen.scene, camera)

@@ -4,7 +4,7 @@ import re
 import tomllib
 from dataclasses import MISSING, fields
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -12,6 +12,7 @@ import tomli_w
 
 from newtonjax.benches import lens_on_plate
 from newtonjax.benches.arguments import BENCHES, Argument, arguments_of, refuse_old_names
+from newtonjax.benches.camera_tables import LENS, lens_of, words_of_response
 from newtonjax.benches.figure_tables import FIGURE, figure_of, table_of
 from newtonjax.benches.light_tables import ALL_ORDERS, EXTENT, extent_of, orders_of, table_of_extent, table_of_orders
 from newtonjax.numerics import Scalar, Vector2, Vector3, path_of, require_concrete, shown
@@ -19,6 +20,7 @@ from newtonjax.scene import (
     PROFILES,
     AbstractFigure,
     Camera,
+    CameraLens,
     CollectingLens,
     Extent,
     Light,
@@ -28,7 +30,7 @@ from newtonjax.scene import (
     Spectrum,
     Surface,
     Terms,
-    cie_1931,
+    camera_response,
     lamp,
     word_of,
 )
@@ -66,10 +68,11 @@ _IN_TOML = {
     Vector2 | None: Two | None,
     Vector3: Three,
     Spectrum | None: str | _SPECTRUM | None,
-    Response | None: Literal["cie_1931"] | None,
+    Response | None: str | None,
     Terms | None: Numbers | None,
     AbstractFigure | None: FIGURE | None,
     Extent | None: EXTENT | None,
+    CameraLens | None: LENS | None,
 }
 
 
@@ -151,7 +154,7 @@ def scene_from_text(text: str) -> tuple[Scene, Camera | None]:
     """
     table = _convert(tomllib.loads(text))
     if table.camera is not None and table.camera.response is not None:
-        table.camera.response = cie_1931()
+        table.camera.response = camera_response(table.camera.response)
     return _scene(table), _made("camera", table.camera)
 
 
@@ -226,6 +229,8 @@ def _made(name: str, table: msgspec.Struct | None, where: str | None = None) -> 
         words = msgspec.structs.asdict(table)
         if "figure" in words:
             words["figure"] = figure_of(words["figure"])
+        if words.get("lens") is not None:
+            words["lens"] = lens_of(words["lens"])
         if "extent" in words:
             words["extent"] = extent_of(words["extent"])
         return _PARTS[name](**words)
@@ -273,14 +278,14 @@ def _table(name: str, part: Any) -> msgspec.Struct | None:
 
 def _plain(value: Any) -> Any:
     """A number or a vector as Python's own."""
-    if value is None or isinstance(value, int | tuple):
+    if value is None or isinstance(value, int | str | tuple):
         return value
     if isinstance(value, Response):
-        if not (value.white == 1 and np.array_equal(value.curves, cie_1931().curves)):
-            raise ValueError("camera.response of other curves; allowed in a file: cie_1931(), or None")
-        return "cie_1931"
+        return words_of_response(value)
     if isinstance(value, Spectrum):
         return _SPECTRUM(**{name: _plain(getattr(value, name)) for name in _SPECTRUM.__struct_fields__})
+    if isinstance(value, CameraLens):
+        return LENS(**{name: _plain(getattr(value, name)) for name in LENS.__struct_fields__})
     if isinstance(value, Extent):
         return table_of_extent(value)
     if isinstance(value, AbstractFigure):

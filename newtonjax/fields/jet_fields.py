@@ -30,7 +30,7 @@ from newtonjax.rays import (
     reflected,
     transmitted,
 )
-from newtonjax.scene import REFLECT, Camera, Scene, Source, itinerary, middle, source_of
+from newtonjax.scene import REFLECT, Camera, Scene, Source, itinerary, node_pixels, points_of, source_of
 from newtonjax.scene import corners as _corners
 
 _STEPS = 25
@@ -68,10 +68,7 @@ class _Arrived(NamedTuple):
 
 def node_points(camera: Camera, count: int) -> Jet | Float[np.ndarray, "2 n"]:
     """As `scene.node_points`, [2, n]; the camera's numbers may be jets."""
-    (rows, columns), at = camera.shape, chebyshev.nodes(count)
-    centre = middle(camera.shape) if camera.centre_px is None else camera.centre_px
-    y, x = np.meshgrid((rows - 1) / 2 * (1 + at), (columns - 1) / 2 * (1 + at), indexing="ij")
-    return jets.stack([(x.ravel() - centre[0]) * camera.pixel_size, (y.ravel() - centre[1]) * camera.pixel_size])
+    return jets.stack(list(points_of(camera, *node_pixels(camera.shape, count))))
 
 
 def courses(scenes: Sequence[Scene]) -> Courses:

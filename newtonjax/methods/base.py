@@ -39,12 +39,14 @@ class AbstractMethod(abc.ABC):
     - `needs_float64`: whether a transformation in float32 would round its optical paths.
     - `traces_rays`: whether it follows rays, so that its image has what a formula for the gap alone leaves out.
     - `needs_every_beam`: whether each beam must reach the whole image.
+    - `sees_through_lens`: whether its pixels may look at any points of the screen, as through a `CameraLens`.
     - `float32_error`: what its pixels in float32 are away from those in float64, over the peak.
     """
 
     needs_float64: ClassVar[bool] = True
     traces_rays: ClassVar[bool] = True
     needs_every_beam: ClassVar[bool] = True
+    sees_through_lens: ClassVar[bool] = False
     float32_error: ClassVar[float] = 0.0
 
     def __init_subclass__(cls):
@@ -96,6 +98,12 @@ class AbstractMethod(abc.ABC):
         except CannotHonourError as error:
             return error
         return None
+
+    def check_camera(self, camera: Camera) -> None:
+        """Raise CannotHonourError for a camera's lens that the method does not know."""
+        if camera.lens is not None and not self.sees_through_lens:
+            name, way_out = type(self).__name__, "Chebyshev() or Traced()"
+            raise CannotHonourError(name, "camera.lens", "it takes an even grid", way_out)
 
     def require_parts(self, verb: str) -> None:
         """Raise ValueError where only one whole image at a time can be computed, which the verb does not do."""

@@ -50,6 +50,7 @@ from newtonjax.scene import (
     channels_of,
     gap_between,
     lights_of_channels,
+    of_channel,
 )
 
 # Of traced numbers the range is not known: a table of so many panels, which errs by less than 1e-4 up to 200 orders.
@@ -145,9 +146,16 @@ def by_channels(
     image: Callable[[Scene, Camera], Float[Array, "rows columns"]], scene: Scene, camera: Camera
 ) -> Float[Array, "rows columns channels"]:
     """The image of a camera with channels, of a function that makes those of one without."""
-    grey, response = replace(camera, response=None), camera.response
-    lights = [] if response is None else lights_of_channels(scene.light, response)
-    return jnp.stack([level * image(replace(scene, light=light), grey) for light, level in lights], axis=-1)
+    return jnp.stack([level * image(*seen) for *seen, level in channel_by_channel(scene, camera)], axis=-1)
+
+
+def channel_by_channel(scene: Scene, camera: Camera) -> list[tuple[Scene, Camera, Any]]:
+    """Of each channel the scene in its light, the camera of its pixels, and its level."""
+    lights = [] if camera.response is None else lights_of_channels(scene.light, camera.response)
+    return [
+        (replace(scene, light=light), of_channel(camera, channel), level)
+        for channel, (light, level) in enumerate(lights)
+    ]
 
 
 def require_points(camera: Camera, method: str) -> None:

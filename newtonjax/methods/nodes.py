@@ -37,6 +37,8 @@ from newtonjax.methods.closed_form import ClosedForm
 from newtonjax.methods.gap_paths import channels_over_source, of_points, parallel
 from newtonjax.methods.many_wavelengths import (
     InChannels,
+    by_channels,
+    channel_by_channel,
     has_channels,
     on_nodes,
     one_line,
@@ -54,10 +56,10 @@ from newtonjax.methods.node_waves import (
     wave_parts,
     waves_for,
 )
-from newtonjax.methods.pictures import OnNodes
+from newtonjax.methods.pictures import OnNodes, SideBySide
 from newtonjax.methods.source_directions import error_between_directions, light_at_nodes
 from newtonjax.numerics import chebyshev, is_concrete, shown
-from newtonjax.scene import Camera, Channels, Scene, channels_of, corners, node_points, source_of
+from newtonjax.scene import Camera, Channels, Scene, channels_of, corners, has_lateral_colour, node_points, source_of
 
 # Passes of a cosine: what a pixel costs for each degree of a field, and what else it costs.
 _DEGREE, _PIXEL = 0.059, 0.27
@@ -77,6 +79,7 @@ class Chebyshev(AbstractMethod):
     """
 
     float32_error: ClassVar[float] = 1e-5
+    sees_through_lens: ClassVar[bool] = True
 
     nodes: int = 17
     dtype: str | None = None
@@ -145,6 +148,8 @@ class Chebyshev(AbstractMethod):
         return smooth(fields).coefficients
 
     def image(self, scene: Scene, camera: Camera) -> Float[Array, "rows columns *channels"]:
+        if has_lateral_colour(camera):
+            return by_channels(self.image, scene, camera)
         if has_channels(scene.light, camera):
             beams = arrivals_at(parallel(scene), node_points(camera, self.nodes))
             couples = np.array(pairs(scene)).reshape(-1, 2)
@@ -157,7 +162,10 @@ class Chebyshev(AbstractMethod):
         of_fields = synthesize_single if self.dtype == "float32" else synthesize
         return of_fields(self.coefficients(self.fields(scene, camera)), camera.shape)
 
-    def picture(self, scene: Scene, camera: Camera) -> OnNodes | InChannels:
+    def picture(self, scene: Scene, camera: Camera) -> OnNodes | InChannels | SideBySide:
+        if has_lateral_colour(camera):
+            *seen, levels = zip(*channel_by_channel(scene, camera), strict=True)
+            return SideBySide(tuple(map(self.picture, *seen)), tuple(map(float, levels)))
         if has_channels(scene.light, camera):
             return self.cuts(self.light(scene, camera), scene, camera)[1](self.nodes)
         fields = self._known_fields(scene, camera)

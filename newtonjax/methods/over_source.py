@@ -34,6 +34,9 @@ class OverSource(AbstractMethod):
         light = replace(scene.light, extent=None, tilt=(1e-6, 1e-6))
         self.method.check(replace(scene, light=light))
 
+    def check_camera(self, camera: Camera) -> None:
+        self.method.check_camera(camera)
+
     def passes(self, scene: Scene, camera: Camera) -> float:
         count = len(all_directions(scene, self.order).weights)
         return count * self.method.passes(scene, camera)

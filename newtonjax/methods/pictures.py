@@ -2,7 +2,7 @@
 
 import abc
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 from typing import Any
@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 
 from newtonjax.fields import image, parts, synthesize, synthesize_single
 from newtonjax.numerics import x64
-from newtonjax.scene import Camera, Scene, middle
+from newtonjax.scene import Camera, Scene, window
 
 
 class AbstractPicture(abc.ABC):
@@ -52,7 +52,7 @@ class AtPixels(AbstractPicture):
 
     def blocks(self, rows: int) -> Iterator[tuple[int, Float[np.ndarray, "rows columns *channels"]]]:
         for first, count in starts(self.camera.shape[0], rows):
-            yield first, np.asarray(self._of(_window(self.camera, first, count)))
+            yield first, np.asarray(self._of(window(self.camera, first, count)))
 
     def _of(self, camera: Camera) -> Float[Array, "rows columns *channels"]:
         with x64():
@@ -106,6 +106,30 @@ class OnNodes(AbstractPicture):
         return answers
 
 
+@dataclass(frozen=True, eq=False)
+class SideBySide(AbstractPicture):
+    """The channels of an image as a picture each, and the level of each."""
+
+    channels: tuple[AbstractPicture, ...]
+    levels: tuple[float, ...]
+
+    def image(self) -> Float[Array, "rows columns *channels"]:
+        return jnp.stack([level * part.image() for part, level in zip(self.channels, self.levels, strict=True)], -1)
+
+    def blocks(self, rows: int) -> Iterator[tuple[int, Float[np.ndarray, "rows columns *channels"]]]:
+        for parts_of_rows in zip(*(part.blocks(rows) for part in self.channels), strict=True):
+            pixels = [level * part for (_, part), level in zip(parts_of_rows, self.levels, strict=True)]
+            yield parts_of_rows[0][0], np.stack(pixels, axis=-1)
+
+    @classmethod
+    def images(
+        cls, pictures: Sequence[Any], reduce: Callable[[Array], Any] | None, batch: int, done: Callable[[int], object]
+    ) -> Any:
+        """One picture after the other, whatever the batch."""
+        del batch
+        return one_by_one((picture.image() for picture in pictures), len(pictures), reduce, done)
+
+
 @partial(jax.jit, static_argnames=("shape", "dtype", "reduce", "batch"))
 def images_on_nodes(coefficients: Float[Array, "scenes fields nodes nodes"], shape, dtype, reduce, batch):
     """What is kept of each image of smooth fields: a program for a shape and a number of scenes."""
@@ -130,12 +154,6 @@ def one_by_one(
 def starts(total: int, rows: int) -> Iterator[tuple[int, int]]:
     """First row and number of rows of every block."""
     return ((first, min(rows, total - first)) for first in range(0, total, rows))
-
-
-def _window(camera: Camera, first: int, rows: int) -> Camera:
-    """The camera that sees some rows of a camera's image."""
-    centre = middle(camera.shape) if camera.centre_px is None else np.asarray(camera.centre_px)
-    return replace(camera, shape=(rows, camera.shape[1]), centre_px=(centre[0], centre[1] - first))
 
 
 def _counted(answers: Iterator[Any], done: Callable[[int], object]) -> Iterator[Any]:

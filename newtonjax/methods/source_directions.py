@@ -31,6 +31,7 @@ from newtonjax.scene import (
     channels_of,
     directions_of,
     gap_opd,
+    grey,
     launch_frame,
     node_points,
     order_for,
@@ -247,7 +248,7 @@ def error_of_profile(scene: Scene, camera: Camera) -> float:
     line = replace(one_line(scene), light=replace(one_line(scene).light, extent=scene.light.extent))
     points = node_points(camera, _NODES)
     turns = np.broadcast_to(gap_opd(line, points[:, 0], points[:, 1]), len(points)) / line.wavelength
-    formula = profile_of(line, replace(of_points(camera), response=None)).at(turns)[0]
+    formula = profile_of(line, grey(of_points(camera))).at(turns)[0]
     summed, resolving, error = _sums_over_source(scene, camera)
     background, waves = summed(resolving)
     rays = background + waves.real.sum(axis=0)

@@ -149,6 +149,7 @@ def splat(scene: Scene, camera: Camera, method: Splat | None = None) -> Splatted
     require_bench(scene, camera)
     require_concrete("Splat", scene, camera)
     method.check(scene)
+    method.check_camera(camera)
     image_memory(camera.shape, _BYTES)
     bench = pack(replace(scene, shield=None))  # where light would come from and meet, whatever a hole lets through
     with x64():

@@ -14,7 +14,7 @@ from newtonjax.methods.base import AbstractMethod, CannotHonourError, require_tw
 from newtonjax.methods.many_wavelengths import by_channels, require_points
 from newtonjax.numerics import is_concrete, require_concrete, require_whole, x64
 from newtonjax.rays import Arrival
-from newtonjax.scene import Camera, Scene
+from newtonjax.scene import Camera, Scene, points_of
 
 # Nodes to a side at which rays are looked at for folds and rounding.
 _NODES = 17
@@ -29,6 +29,7 @@ class Traced(AbstractMethod):
     """
 
     needs_every_beam: ClassVar[bool] = False
+    sees_through_lens: ClassVar[bool] = True
 
     chunk: int = 16384
 
@@ -80,11 +81,11 @@ def by_blocks(
     bench: packed.Packed, camera: Camera, chunk: int, function: Callable[[packed.Packed, Arrival], np.ndarray]
 ) -> Shaped[np.ndarray, "rows columns"]:
     """A function of a bench of known numbers and of its arriving beams, at every pixel, `chunk` pixels at a time."""
-    (x, y), (rows, columns) = camera.axes(), camera.shape
+    rows, columns = camera.shape
 
     def block(first: int) -> np.ndarray:
         pixel = np.arange(first, min(first + chunk, rows * columns))
-        points = np.stack([x[pixel % columns], y[pixel // columns]], axis=1)
+        points = np.stack(points_of(camera, pixel % columns, pixel // columns), axis=1)
         return function(bench, packed.arrivals(bench, points))
 
     return np.concatenate([block(first) for first in range(0, rows * columns, chunk)]).reshape(rows, columns)
@@ -94,14 +95,13 @@ def at_every_pixel(
     function: Callable[[Float[Array, "chunk 2"]], Shaped[Array, " chunk"]], camera: Camera, chunk: int
 ) -> Shaped[Array, "rows columns"]:
     """A function of screen points [m] at every pixel, `chunk` pixels at a time."""
-    x, y = map(jnp.asarray, camera.axes())
     rows, columns = camera.shape
     count = min(chunk, rows * columns)
     chunks = -(-rows * columns // count)
 
     def block(start):
         pixel = jnp.minimum(start + jnp.arange(count), rows * columns - 1)
-        return function(jnp.stack([x[pixel % columns], y[pixel // columns]], axis=1))
+        return function(jnp.stack(points_of(camera, pixel % columns, pixel // columns), axis=1))
 
     flat = jax.lax.map(block, jnp.arange(chunks) * count)
     return flat.ravel()[: rows * columns].reshape(rows, columns)

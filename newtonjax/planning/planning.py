@@ -38,7 +38,7 @@ from newtonjax.numerics import Statement, require_concrete, require_tolerance
 from newtonjax.planning.faces import crossing_warnings, end_warnings, refuse_folds
 from newtonjax.planning.grids import LADDER, resolved
 from newtonjax.planning.reasons import PlanReason
-from newtonjax.scene import Camera, Scene, channels_of, require_bench
+from newtonjax.scene import Camera, Scene, channels_of, grey, has_lateral_colour, require_bench
 
 # Nodes to a side of the probes; a grid is judged by one that has at least so many more.
 _COARSE, _FINE, _FINEST, _BEYOND = 17, 33, 41, 4
@@ -121,7 +121,7 @@ def planned(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> tuple[Plan
             by_rays = replace(by_rays, phase_error=np.inf, intensity_error=np.inf)
         return _with_picture(replace(by_rays, reason=reason), camera)
     formula = ClosedForm()
-    if formula.refusal(scene) is None:
+    if formula.refusal(scene) is None and camera.lens is None:
         error = formula.error_against(fields, scene, camera)
         intensity = float(error.intensity) + dropped_error + (formula.float32_error if is_single() else 0.0)
         if intensity <= tolerance:
@@ -177,6 +177,7 @@ def _all_orders(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, A
     """
     method = ClosedForm(_OF_TABLES * tolerance)
     method.check(scene)
+    method.check_camera(camera)
     error = method.error(scene, camera)
     if error.intensity > tolerance:
         raise ValueError(
@@ -190,7 +191,7 @@ def _in_channels(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, 
     """The plan of the mean line, whose phase errors are larger in shorter waves; and a table that errs by less."""
     stretch = float(np.max(channels_of(scene.light, None).lines.ratios))
     table_error = (_OF_MEANS if camera.takes_means else _OF_TABLES) * tolerance
-    points, line = replace(of_points(camera), response=None), one_line(scene)
+    points, line = grey(of_points(camera)), one_line(scene)
     line_plan, _ = planned(line, points, (tolerance - table_error) / stretch)
     method, picture = line_plan.method, None
     if isinstance(method, Chebyshev | ClosedForm):
@@ -201,7 +202,8 @@ def _in_channels(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, 
         line_plan, picture = _resolving(line_plan, scene, camera, (tolerance - table_error) / stretch, table_error)
     phase, intensity = line_plan.phase_error * stretch, line_plan.intensity_error * stretch + table_error
     line_plan = replace(line_plan, scene=scene, phase_error=phase, intensity_error=intensity)
-    return (line_plan, picture) if picture is not None else _with_picture(line_plan, camera)
+    is_ready = picture is not None and not has_lateral_colour(camera)
+    return (line_plan, picture) if is_ready else _with_picture(line_plan, camera)
 
 
 def _resolving(line_plan: Plan, scene: Scene, camera: Camera, tolerance: float, table_error: float):

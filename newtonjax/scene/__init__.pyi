@@ -10,8 +10,15 @@ from newtonjax.scene.beams import tables as tables
 from newtonjax.scene.beams import word_of as word_of
 from newtonjax.scene.camera import Camera as Camera
 from newtonjax.scene.camera import corners as corners
+from newtonjax.scene.camera import grey as grey
+from newtonjax.scene.camera import has_lateral_colour as has_lateral_colour
 from newtonjax.scene.camera import middle as middle
+from newtonjax.scene.camera import node_pixels as node_pixels
 from newtonjax.scene.camera import node_points as node_points
+from newtonjax.scene.camera import of_channel as of_channel
+from newtonjax.scene.camera import points_of as points_of
+from newtonjax.scene.camera import window as window
+from newtonjax.scene.camera_lens import CameraLens as CameraLens
 from newtonjax.scene.checks import require_bench as require_bench
 from newtonjax.scene.checks import require_camera as require_camera
 from newtonjax.scene.checks import require_scene as require_scene

@@ -1,6 +1,7 @@
 """The camera: which points of the screen are pixels, and what a photograph adds to an image."""
 
 import operator
+from dataclasses import replace
 from typing import Any
 
 import equinox as eqx
@@ -24,10 +25,14 @@ from newtonjax.numerics import (
     positive,
     refuse_after_fork,
     require,
+    require_choice,
     require_one,
     require_size,
+    require_whole,
     shown,
 )
+from newtonjax.scene.camera_lens import CameraLens, in_window, passed_by, seen_from
+from newtonjax.scene.codes import MOSAICS, developed, filtered
 from newtonjax.scene.response import Response
 
 # Bytes a pixel while noise is drawn, measured.
@@ -65,6 +70,14 @@ class Camera(eqx.Module):
     - `blur`: standard deviation of a Gaussian blur by the lens, in pixels; None for a sharp image.
     - `response`: of its channels to wavelengths; None for one channel that takes all wavelengths alike. With one,
       images have the shape (rows, columns, channels).
+    - `lens`: that distorts, sees the screen at a slant, or has a size for each colour; None for an even grid.
+    - `full_scale`: photoelectrons of the largest code; None for `full_well`, which then is the largest code. Above
+      it, photographs are clipped below the end of the scale.
+    - `black_level`: code of no light, below the largest; None for 0.
+    - `mosaic`: colour filters of the first four pixels, row by row: "RGGB", "BGGR", "GRBG", "GBRG"; None for all
+      channels in every pixel. Photographs have the others from their neighbours, by bilinear means. Static.
+    - `transfer`: "linear" codes, or "srgb" ones (IEC 61966-2-1), which count from the black level. Static.
+    - `jpeg`: quality, 1 to 100, of a JPEG of 8-bit codes that a photograph comes from; None for none. Static.
     """
 
     shape: tuple[int, int] = eqx.field(static=True, converter=_whole)
@@ -77,6 +90,12 @@ class Camera(eqx.Module):
     aperture: Scalar | None = eqx.field(converter=as_scalar, default=None)
     blur: Scalar | None = eqx.field(converter=as_scalar, default=None)
     response: Response | None = None
+    lens: CameraLens | None = None
+    full_scale: Scalar | None = eqx.field(converter=as_scalar, default=None)
+    black_level: Scalar | None = eqx.field(converter=as_scalar, default=None)
+    mosaic: str | None = eqx.field(static=True, default=None)
+    transfer: str = eqx.field(static=True, default="linear")
+    jpeg: int | None = eqx.field(static=True, default=None)
 
     def __check_init__(self):
         if not isinstance(self.response, Response | None):
@@ -93,6 +112,32 @@ class Camera(eqx.Module):
         require_one("exposure", self.exposure, "a positive number of photoelectrons", positive)
         require_one("full_well", self.full_well, "a positive number of photoelectrons", positive)
         require_one("read_noise", self.read_noise, "0 or more photoelectrons", lambda v: finite(v) and np.all(v >= 0))
+        self._check_codes()
+        self._check_lens()
+
+    def _check_codes(self):
+        if self.full_scale is not None:
+            require_one("full_scale", self.full_scale, "a positive number of photoelectrons, or None", positive)
+        if self.black_level is not None:
+            top = 2**self.bits - 1
+            allowed = f"0 to below {top}, the largest code, or None"
+            require_one("black_level", self.black_level, allowed, lambda v: np.all((v >= 0) & (v < top)))
+        require_choice("transfer", self.transfer, ("linear", "srgb"))
+        if self.mosaic is not None:
+            require_choice("mosaic", self.mosaic, MOSAICS)
+            if self.response is None or len(self.response.curves) != len("RGB"):
+                raise ValueError(f"mosaic {self.mosaic} of a camera without a response of three channels; give both")
+        require_whole("jpeg", self.jpeg, 1, 100)
+        if self.jpeg is not None and self.bits != 8:
+            raise ValueError(f"jpeg with codes of {self.bits} bits; allowed: bits=8")
+
+    def _check_lens(self):
+        if not isinstance(self.lens, CameraLens | None):
+            raise ValueError(f"lens is {shown(self.lens)}; allowed: a CameraLens such as CameraLens(0.05), or None")
+        sizes = None if self.lens is None else self.lens.magnifications
+        channels = 1 if self.response is None else len(self.response.curves)
+        if sizes is not None and len(sizes) != channels:
+            raise ValueError(f"lens.magnifications are {len(sizes)}; allowed: {channels}, one for each channel")
 
     def axes(self) -> tuple[Float[Any, " columns"], Float[Any, " rows"]]:
         """Screen coordinates x of the columns and y of the rows [m]; NumPy where the camera's numbers are known."""
@@ -117,11 +162,13 @@ class Camera(eqx.Module):
     def expose(
         self, image: Float[Array | np.ndarray, "rows columns *channels"], key: Key[Array, ""]
     ) -> UInt8[Array, "rows columns *channels"] | UInt16[Array, "rows columns *channels"]:
-        """A photograph of an image: shot noise (Poisson), read noise (normal), saturation, and linear codes.
+        """A photograph of an image: shot noise (Poisson), read noise (normal), saturation, and codes.
 
-        Returns uint8 for 8 bits, else uint16; code = round(electrons / full_well (2^bits - 1)), clipped. Raises
-        ValueError for an image of another shape or with what is not finite, for what is no key, and where the noise
-        takes more memory than there is.
+        Returns uint8 for 8 bits, else uint16; code = round(electrons / full_well (2^bits - 1)), clipped, of a camera
+        that has no more than that. Of others in this order: what the lens loses to its rim, filters of the mosaic,
+        noise, full well, scale and black level, rounding, the mosaic's other colours, transfer, JPEG. Raises ValueError
+        for an image of another shape or with what is not finite, for what is no key, for a JPEG within a
+        transformation, and where the noise takes more memory than there is.
         """
         if not is_real(image):
             raise ValueError(f"image is {shown(image)}; allowed: an array of finite irradiances")
@@ -132,13 +179,16 @@ class Camera(eqx.Module):
             refuse_after_fork()
             image_memory(self.shape, _EXPOSING)
             require("image", image, "an array of finite irradiances", finite)
+        light = jnp.asarray(image, dtype=float)
+        if self.lens is not None:
+            light = light * _falloff(self, light.ndim)
+        if self.mosaic is not None:
+            light = filtered(light, self.mosaic)
         shot, read = jax.random.split(key)
-        mean = jnp.clip(jnp.asarray(image, dtype=float) * self.exposure, 0.0, _MOST)
+        mean = jnp.clip(light * self.exposure, 0.0, _MOST)
         arrived = jax.random.poisson(shot, mean).astype(mean.dtype)
         electrons = arrived + self.read_noise * jax.random.normal(read, mean.shape)
-        top = 2**self.bits - 1
-        code = jnp.clip(jnp.round(electrons / self.full_well * top), 0, top)
-        return code.astype(jnp.uint8 if self.bits == 8 else jnp.uint16)
+        return developed(electrons, self)
 
 
 def _check_key(key) -> None:
@@ -161,10 +211,72 @@ def _ends(camera: Camera) -> tuple[Float[Any, "2"], Float[Any, "2"]]:
     return _on_screen(camera, np.array([0.0, columns - 1]), np.array([0.0, rows - 1]))
 
 
+def _half_diagonal(camera: Camera) -> float:
+    rows, columns = camera.shape
+    return float(np.hypot(rows - 1, columns - 1)) / 2 or 1.0
+
+
+def _from_axis(camera: Camera, lens: CameraLens, columns, rows):
+    """Coordinates of columns and rows [px] from the lens's axis, and the axis."""
+    axis = middle(camera.shape) if lens.axis_px is None else lens.axis_px
+    return columns - axis[0], rows - axis[1], axis
+
+
+def points_of(camera: Camera, columns, rows) -> tuple[Any, Any]:
+    """Screen coordinates [m] at which pixels look, by their columns and rows, which need not be whole."""
+    lens = camera.lens
+    if lens is None:
+        return _on_screen(camera, columns, rows)
+    x, y, axis = _from_axis(camera, lens, columns, rows)
+    x, y = seen_from(lens, _half_diagonal(camera), x, y)
+    return _on_screen(camera, x + axis[0], y + axis[1])
+
+
+def _falloff(camera: Camera, axes: int) -> Any:
+    """The share of the light that the lens passes to each pixel, [rows, columns] or with an axis for channels."""
+    lens: Any = camera.lens
+    rows, columns = camera.shape
+    x, y, _ = _from_axis(
+        camera, lens, jnp.arange(columns, dtype=float)[None, :], jnp.arange(rows, dtype=float)[:, None]
+    )
+    share = passed_by(lens, _half_diagonal(camera), x, y)
+    return jnp.broadcast_to(share, camera.shape).reshape(*camera.shape, *[1] * (axes - 2))
+
+
+def grey(camera: Camera) -> Camera:
+    """The camera with one channel that takes all wavelengths alike."""
+    lens = camera.lens
+    if lens is not None and lens.magnifications is not None:
+        lens = replace(lens, magnifications=None)
+    return replace(camera, response=None, mosaic=None, lens=lens)
+
+
+def of_channel(camera: Camera, channel: int) -> Camera:
+    """`grey`, its pixels looking where those of one channel do: of a larger image they look nearer to the axis."""
+    lens = camera.lens
+    if lens is None or lens.magnifications is None:
+        return grey(camera)
+    sizes: Any = lens.magnifications
+    return replace(grey(camera), lens=replace(lens, magnifications=sizes[channel : channel + 1]))
+
+
+def has_lateral_colour(camera: Camera) -> bool:
+    """Whether its channels look at different points."""
+    return camera.response is not None and camera.lens is not None and camera.lens.magnifications is not None
+
+
+def window(camera: Camera, first: int, rows: int) -> Camera:
+    """The camera that sees some rows of a camera's image."""
+    centre = middle(camera.shape) if camera.centre_px is None else np.asarray(camera.centre_px)
+    lens = None if camera.lens is None else in_window(camera.lens, camera.shape, first, rows)
+    return replace(camera, shape=(rows, camera.shape[1]), centre_px=(centre[0], centre[1] - first), lens=lens)
+
+
 def corners(camera: Camera) -> Float[Any, "4 2"]:
     """Screen points [m] of the centres of the pixels in the frame's corners."""
-    x, y = _ends(camera)
-    return module_of(x).stack([x[np.array([0, 0, 1, 1])], y[np.array([0, 1, 0, 1])]], axis=1)
+    rows, columns = camera.shape
+    x, y = points_of(camera, np.array([0.0, 0.0, columns - 1, columns - 1]), np.array([0.0, rows - 1, 0.0, rows - 1]))
+    return module_of(x).stack([x, y], axis=1)
 
 
 def middle(shape: tuple[int, int]) -> tuple[float, float]:
@@ -174,11 +286,12 @@ def middle(shape: tuple[int, int]) -> tuple[float, float]:
 
 def node_points(camera: Camera, count: int) -> Float[Any, "n 2"]:
     """Screen points [m] of the grid of nodes over the image, row by row; NumPy where the camera's numbers are known."""
-    x, y = _ends(camera)
-    xp, at = module_of(x), nodes(count)
+    x, y = points_of(camera, *node_pixels(camera.shape, count))
+    return module_of(x).stack([x, y], axis=1)
 
-    def spread(axis):
-        return (axis[-1] + axis[0]) / 2 + at * (axis[-1] - axis[0]) / 2
 
-    grid_y, grid_x = xp.meshgrid(spread(y), spread(x), indexing="ij")
-    return xp.stack([grid_x.ravel(), grid_y.ravel()], axis=1)
+def node_pixels(shape: tuple[int, int], count: int) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """Columns and rows of the grid of nodes over an image, row by row."""
+    at = nodes(count)
+    y, x = np.meshgrid((shape[0] - 1) / 2 * (1 + at), (shape[1] - 1) / 2 * (1 + at), indexing="ij")
+    return x.ravel(), y.ravel()

@@ -61,6 +61,7 @@ def choose(
     """
     if method is not None:
         method.check(scene)
+        method.check_camera(camera)
         _warn(end_warnings(scene, camera))
         return scene, method, None
     chosen, picture = planned(scene, camera, tolerance)
@@ -86,6 +87,7 @@ def _within_transformation(verb, scene, camera, method: AbstractMethod | None):
     """Pixels of traced numbers, by a compiled form of a verb; `__wrapped__` is what that was made of."""
     method = Chebyshev() if method is None else method
     method.check(scene)
+    method.check_camera(camera)
     refuse_after_fork()  # the user's own program runs in this process
     if method.needs_float64:
         require_x64(type(method).__name__)

@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import imageio.v3 as imageio
+import jax
 import numpy as np
 import pytest
 from shell import refusal
@@ -153,3 +154,38 @@ def test_colours_are_those_of_the_library(capsys, tmp_path):
     np.testing.assert_allclose(imageio.imread(tmp_path / "a.png").astype(float), expected, atol=1)
     assert main(["render", *options.split(), "--expose", "--output", str(tmp_path / "b.png")]) == 2
     assert "leave out --expose" in capsys.readouterr().err
+
+
+COLOUR_CAMERA = """
+[newton_rings]
+radius = 0.5
+light = "mercury"
+
+[camera]
+shape = [40, 48]
+pixel_size = 20e-6
+exposure = 9e3
+response = "{curves}"
+mosaic = "RGGB"
+full_scale = 16000.0
+transfer = "srgb"
+jpeg = 90
+
+[camera.lens]
+distortion = 0.05
+vignette = 0.2
+magnifications = [1.001, 1.0, 0.999]
+"""
+
+
+def test_a_photograph_of_a_colour_camera_is_that_of_the_call(capsys, tmp_path):
+    curves, scene, path = tmp_path / "camera.csv", tmp_path / "bench.toml", tmp_path / "rings.png"
+    curves.write_text("wavelength_nm,red,green,blue\n420,0,0,1\n500,0.1,0.6,0.3\n580,0.6,0.7,0\n660,0.8,0,0\n")
+    scene.write_text(COLOUR_CAMERA.format(curves=curves))
+    assert main(["render", str(scene), "--expose", "--seed", "4", "--output", str(path)]) == 0
+    assert "values: 8 bits, sRGB" in capsys.readouterr().out
+    bench, camera = nj.load_scene(scene)
+    expected = camera.expose(nj.render(bench, camera), jax.random.key(4))
+    np.testing.assert_array_equal(imageio.imread(path), expected)
+    assert np.ptp(imageio.imread(path).astype(int), axis=2).max() > 20
+    assert "end with .png" in refusal(capsys, "render", scene, "--expose", "--output", tmp_path / "rings.tif")
