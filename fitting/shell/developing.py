@@ -20,7 +20,10 @@ Blocks = Iterable[tuple[int, Float[np.ndarray, "rows columns *channels"]]]
 
 def brightest(parts: Blocks, splatted: Splatted | None) -> float:
     """Of an image in blocks of rows, in its middle channel. Raises ValueError where it is dark everywhere."""
-    peak = max(float((part[..., part.shape[2] // 2] if part.ndim == 3 else part).max()) for _, part in parts)
+    peak = 0.0
+    for _, part in parts:
+        middle = part[..., part.shape[2] // 2] if part.ndim == 3 else part
+        peak = max(peak, float(middle.max()))
     if not peak > 0 and splatted and splatted.unpaired.any():
         raise ValueError(f"the image is dark everywhere: {why_unpaired(splatted)}")
     if not peak > 0:
@@ -35,8 +38,10 @@ def exposing(camera: nj.Camera, peak: float, from_file: bool) -> nj.Camera:
 
 def has_own_codes(camera: nj.Camera) -> bool:
     """Whether its photographs are more than noise in one channel, over the full well."""
-    more = (camera.response, camera.mosaic, camera.jpeg, camera.black_level, camera.full_scale)
-    return camera.transfer != "linear" or any(part is not None for part in more)
+    colours = (camera.response, camera.mosaic)
+    codes = (camera.jpeg, camera.black_level, camera.full_scale)
+    has_more = any(part is not None for part in colours + codes)
+    return has_more or camera.transfer != "linear"
 
 
 def photograph(parts: Blocks, camera: nj.Camera, seed: int, bits: int) -> Any:
@@ -54,15 +59,17 @@ def over_white(
     Three channels have the file's curve.
     """
     if camera.response is not None:
-        curve = nj.to_srgb if _is_the_eye(camera.response) else png.to_srgb if bits == 8 else np.asarray
+        of_device = png.to_srgb if bits == 8 else np.asarray
+        curve = nj.to_srgb if _is_the_eye(camera.response) else of_device
         return ((first, np.asarray(curve(part / peak))) for first, part in parts)
     if seed is None:
         return ((first, part / peak) for first, part in parts)
     key = jax.random.key(seed)
 
     def exposed(first: int, part: np.ndarray) -> np.ndarray:
-        part_of = replace(window(camera, first, len(part)), bits=16)
-        return np.asarray(part_of.expose(part, jax.random.fold_in(key, first) if first else key)) / 65535
+        of_rows = replace(window(camera, first, len(part)), bits=16)
+        own_key = jax.random.fold_in(key, first) if first else key
+        return np.asarray(of_rows.expose(part, own_key)) / 65535
 
     return ((first, exposed(first, part)) for first, part in parts)
 
@@ -74,7 +81,8 @@ def _is_the_eye(response: nj.Response) -> bool:
 def noise_of(camera: nj.Camera, seed: int | None) -> str:
     """What noise there is, in words."""
     if seed is None:
-        return "none (colours)" if camera.response is not None else "none (add --expose for a photograph)"
+        is_grey = camera.response is None
+        return "none (add --expose for a photograph)" if is_grey else "none (colours)"
     return (
         f"shot noise at {float(camera.exposure):.4g} photoelectrons per incident irradiance, "
         f"read noise of {float(camera.read_noise):g}, seed {seed}"

@@ -1,7 +1,6 @@
 """The verb `render`: from options to a scene, a camera, a method, and a file."""
 
 import warnings
-from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -10,9 +9,8 @@ import numpy as np
 
 import newtonjax as nj
 from fitting.parameters import curved_surface, output, png, quantities_of, tiff
-from fitting.shell import session
+from fitting.shell import developing, session
 from fitting.shell.bench_options import SCENES, arguments_of_scene, option_name
-from fitting.shell.developing import brightest, exposing, has_own_codes, noise_of, over_white, photograph
 from fitting.shell.progress import progress
 from newtonjax.methods import AbstractMethod, Splatted, unreached, why_unpaired
 from newtonjax.numerics import image_memory
@@ -80,14 +78,17 @@ def run(request: Request) -> int:
         session.prepare()
         session.keep_rays()
         scene, camera, from_file = _scene_and_camera(request)
+    is_photograph = request.seed is not None and developing.has_own_codes(camera)
+    if is_photograph and kind in _TIFF:
+        raise ValueError(f"--output {request.output}: a photograph of this camera is a PNG; end with .png")
     if kind not in _TIFF:
         image_memory(camera.shape, _BYTES)
     with progress("rendering"):
         chosen = _choose(scene, camera, request.how)
         parts = _parts(chosen, camera, in_memory=kind not in _TIFF)
-        white = peak = brightest(parts, chosen.splatted)
+        white = peak = developing.brightest(parts, chosen.splatted)
         if request.seed is not None:
-            camera = exposing(camera, peak, from_file)
+            camera = developing.exposing(camera, peak, from_file)
             white = float(camera.full_well) / float(camera.exposure)
         bits = request.bits or (8 if request.colour or camera.jpeg is not None else 16)
         _write(request, camera, parts, peak, bits)
@@ -100,16 +101,13 @@ def run(request: Request) -> int:
     return 0
 
 
-def _write(request: Request, camera: nj.Camera, parts: Iterable[tuple[int, np.ndarray]], peak: float, bits: int):
-    is_tiff = request.output.suffix.lower() in _TIFF
-    if request.seed is not None and has_own_codes(camera):
-        if is_tiff:
-            raise ValueError(f"--output {request.output}: a photograph of this camera is a PNG; end with .png")
-        codes = photograph(parts, camera, request.seed, bits)
+def _write(request: Request, camera: nj.Camera, parts: developing.Blocks, peak: float, bits: int):
+    if request.seed is not None and developing.has_own_codes(camera):
+        codes = developing.photograph(parts, camera, request.seed, bits)
         output.write(request.output, png.of_codes(codes), request.force)
         return
-    blocks = over_white(parts, camera, request.seed, peak, bits)
-    if is_tiff:
+    blocks = developing.over_white(parts, camera, request.seed, peak, bits)
+    if request.output.suffix.lower() in _TIFF:
         tiff.write(request.output, camera.shape, blocks, bits, request.force)
         return
     rows = [part for _, part in blocks]
@@ -133,15 +131,18 @@ def _scene_and_camera(request: Request) -> tuple[nj.Scene, nj.Camera, bool]:
     shape = default.shape if request.shape is None else request.shape
     pixel_size = default.pixel_size if request.pixel_size is None else request.pixel_size
     response = nj.cie_1931() if request.colour else default.response
-    return scene, replace(default, shape=shape, pixel_size=pixel_size, response=response), camera is not None
+    changed = replace(default, shape=shape, pixel_size=pixel_size, response=response)
+    return scene, changed, camera is not None
 
 
 def _bench(name: str, values: dict) -> nj.Scene:
     offered = arguments_of_scene(name)
     if surplus := [option_name(argument) for argument in values if argument not in offered]:
-        raise ValueError(f"{', '.join(surplus)} with {name}: it has {', '.join(map(option_name, offered))}")
+        has = ", ".join(map(option_name, offered))
+        raise ValueError(f"{', '.join(surplus)} with {name}: it has {has}")
     if "wavelength" in values:
-        values = {**values, "wavelength": values["wavelength"].within(values.get("ambient_index", 1.0))}
+        ambient = values.get("ambient_index", 1.0)
+        values = {**values, "wavelength": values["wavelength"].within(ambient)}
     return nj.air_wedge(**values) if name == "wedge" else nj.newton_rings(view=name, **values)
 
 
@@ -169,7 +170,8 @@ def _choose(scene: nj.Scene, camera: nj.Camera, how: How) -> Chosen:
 
 def _asked_for(scene: nj.Scene, camera: nj.Camera, name: str, how: How) -> Chosen:
     options = {"nodes": how.nodes, "epsilon": how.epsilon}
-    method = _METHODS[name](**{option: value for option, value in options.items() if value is not None})
+    chosen_options = {option: value for option, value in options.items() if value is not None}
+    method = _METHODS[name](**chosen_options)
     method.check(scene)
     reason, ends = "as asked for", end_warnings(scene, camera)
     if name == "splat":
@@ -183,7 +185,7 @@ def _asked_for(scene: nj.Scene, camera: nj.Camera, name: str, how: How) -> Chose
     return Chosen(scene, method, phase, intensity, reason, ends)
 
 
-def _parts(chosen: Chosen, camera: nj.Camera, in_memory: bool) -> Iterable[tuple[int, np.ndarray]]:
+def _parts(chosen: Chosen, camera: nj.Camera, in_memory: bool) -> developing.Blocks:
     """The image in blocks of rows; not kept but computed anew each time, where memory need not hold it."""
     if chosen.splatted:
         return [(0, np.asarray(chosen.splatted.image))]
@@ -195,18 +197,19 @@ def _parts(chosen: Chosen, camera: nj.Camera, in_memory: bool) -> Iterable[tuple
 
 def _say(request: Request, camera: nj.Camera, chosen: Chosen, white: float, bits: int) -> None:
     rows, columns = camera.shape
-    is_photograph = request.seed is not None and has_own_codes(camera)
+    is_photograph = request.seed is not None and developing.has_own_codes(camera)
     coding = "linear" if bits == 16 else "sRGB"
     if is_photograph:
         coding = "sRGB" if camera.transfer == "srgb" else "linear"
-    print(f"image: {request.output}, {rows} x {columns} pixels of {float(camera.pixel_size) * 1e6:g} um")
+    pixel_um = float(camera.pixel_size) * 1e6
+    print(f"image: {request.output}, {rows} x {columns} pixels of {pixel_um:g} um")
     print(f"values: {bits} bits, {coding}, white is {white:.6g} of the incident irradiance")
     print(f"method: {chosen.method.describe()} ({chosen.reason})")
     if chosen.splatted:
         _say_pairs(chosen.splatted, len(chosen.scene.beams))
     else:
         print(f"estimated error: {chosen.phase_error:.2g} turns, {chosen.intensity_error:.2g} of the peak intensity")
-    print(f"noise: {noise_of(camera, request.seed)}")
+    print(f"noise: {developing.noise_of(camera, request.seed)}")
     for words in chosen.warnings:
         print(f"warning: {words}")
     _say_few_fringes(chosen.scene, camera)
@@ -234,12 +237,13 @@ def _say_few_fringes(scene: nj.Scene, camera: nj.Camera) -> None:
 
 def _say_pairs(splatted: Splatted, beams: int) -> None:
     pairs = splatted.pairs
+    nodes = " x ".join(map(str, splatted.source.nodes))
     print(f"phase error of its pairs: {splatted.error:.2g} turns; a pixel shows their mean, whatever their density")
     if beams > 2:
         print(f"warning: the mean of the pairs of {beams} beams is not the sum of their fields, which traced shows")
     print(
         f"pairs: {pairs.emitted} emitted, {pairs.paired} paired, {pairs.apart} too far apart, {pairs.outside} out of "
-        f"the frame, {pairs.lost} lost, of {' x '.join(map(str, splatted.source.nodes))} source nodes "
+        f"the frame, {pairs.lost} lost, of {nodes} source nodes "
         f"{splatted.source.step * 1e6:g} um apart"
     )
     if splatted.unpaired.any():

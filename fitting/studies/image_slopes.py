@@ -130,7 +130,7 @@ def _background(scene: Scene, camera: Camera) -> Float[np.ndarray, "..."]:
     if ClosedForm().refusal(parallel(scene)) is None:
         return np.asarray(airy_of(scene, np.asarray(scene.wavelength), np.zeros(())).level.mean() * levels)
     bench, points, method = parallel(scene), replace(camera, aperture=None, blur=None), Chebyshev(17)
-    coefficients, _ = method.coefficients_and_waves(method.light(bench, points), bench, points)
+    (coefficients,) = chebyshev.coefficients(method.light(bench, points).background)
     along_y, along_x = (chebyshev.basis(n, 17) for n in camera.shape)
-    even = along_y.T @ coefficients[0] @ along_x
+    even = along_y.T @ coefficients @ along_x
     return even[..., None] * levels if camera.response is not None else even * levels

@@ -14,7 +14,7 @@ Kind = Literal[
 Test = Literal[
     "finite", "radius", "wavelength", "index", "height", "thickness", "tilt", "tilts", "angles", "view", "screen",
     "names", "fraction", "light", "terms", "coating",
-    "radius_of_source", "aperture",
+    "radius_of_source", "aperture", "lamp",
 ]  # fmt: skip
 
 

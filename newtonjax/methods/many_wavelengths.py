@@ -146,7 +146,8 @@ def by_channels(
     image: Callable[[Scene, Camera], Float[Array, "rows columns"]], scene: Scene, camera: Camera
 ) -> Float[Array, "rows columns channels"]:
     """The image of a camera with channels, of a function that makes those of one without."""
-    return jnp.stack([level * image(*seen) for *seen, level in channel_by_channel(scene, camera)], axis=-1)
+    channels = channel_by_channel(scene, camera)
+    return jnp.stack([level * image(bench, eye) for bench, eye, level in channels], axis=-1)
 
 
 def channel_by_channel(scene: Scene, camera: Camera) -> list[tuple[Scene, Camera, Any]]:

@@ -164,8 +164,8 @@ class Chebyshev(AbstractMethod):
 
     def picture(self, scene: Scene, camera: Camera) -> OnNodes | InChannels | SideBySide:
         if has_lateral_colour(camera):
-            *seen, levels = zip(*channel_by_channel(scene, camera), strict=True)
-            return SideBySide(tuple(map(self.picture, *seen)), tuple(map(float, levels)))
+            scenes, cameras, levels = zip(*channel_by_channel(scene, camera), strict=True)
+            return SideBySide(tuple(map(self.picture, scenes, cameras)), tuple(map(float, levels)))
         if has_channels(scene.light, camera):
             return self.cuts(self.light(scene, camera), scene, camera)[1](self.nodes)
         fields = self._known_fields(scene, camera)

@@ -2,12 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Shaped
+from jaxtyping import Array, Float, Int, Shaped
 
 from newtonjax.fields import ErrorEstimate, fields_at, intensity, opd_at, packed, path_difference
 from newtonjax.methods.base import AbstractMethod, CannotHonourError, require_two_beams
@@ -85,10 +85,15 @@ def by_blocks(
 
     def block(first: int) -> np.ndarray:
         pixel = np.arange(first, min(first + chunk, rows * columns))
-        points = np.stack(points_of(camera, pixel % columns, pixel // columns), axis=1)
+        points = np.stack(points_of(camera, *_places(pixel, columns)), axis=1)
         return function(bench, packed.arrivals(bench, points))
 
     return np.concatenate([block(first) for first in range(0, rows * columns, chunk)]).reshape(rows, columns)
+
+
+def _places(pixel: Int[Any, " n"], columns: int) -> tuple[Float[Any, " n"], Float[Any, " n"]]:
+    """Columns and rows of pixels that are counted row by row."""
+    return (pixel % columns).astype(float), (pixel // columns).astype(float)
 
 
 def at_every_pixel(
@@ -101,7 +106,7 @@ def at_every_pixel(
 
     def block(start):
         pixel = jnp.minimum(start + jnp.arange(count), rows * columns - 1)
-        return function(jnp.stack(points_of(camera, pixel % columns, pixel // columns), axis=1))
+        return function(jnp.stack(points_of(camera, *_places(pixel, columns)), axis=1))
 
     flat = jax.lax.map(block, jnp.arange(chunks) * count)
     return flat.ravel()[: rows * columns].reshape(rows, columns)

@@ -202,8 +202,9 @@ def _in_channels(scene: Scene, camera: Camera, tolerance: float) -> tuple[Plan, 
         line_plan, picture = _resolving(line_plan, scene, camera, (tolerance - table_error) / stretch, table_error)
     phase, intensity = line_plan.phase_error * stretch, line_plan.intensity_error * stretch + table_error
     line_plan = replace(line_plan, scene=scene, phase_error=phase, intensity_error=intensity)
-    is_ready = picture is not None and not has_lateral_colour(camera)
-    return (line_plan, picture) if is_ready else _with_picture(line_plan, camera)
+    if picture is None or has_lateral_colour(camera):
+        return _with_picture(line_plan, camera)
+    return line_plan, picture
 
 
 def _resolving(line_plan: Plan, scene: Scene, camera: Camera, tolerance: float, table_error: float):

@@ -13,13 +13,13 @@ Frame = tuple[Array, Array, Array, Array]
 
 
 class Wavefront(NamedTuple):
-    """Spherical waves about a point of the light's axis: curvature at the launch plane [1/m], index of the medium.
+    """Spherical waves about a point of the light's axis: curvature at the launch plane [1/m], and the medium.
 
     The curvature is above 0 for light that spreads, below 0 for light that is gathered.
     """
 
     curvature: Float[Array, ""]
-    index: Float[Array, ""]
+    refractive_index: Float[Array, ""]
 
 
 def launched(launch: Any, wavefront: Wavefront | None, start: Float[Any, "2 ..."]) -> tuple[Vectors, Vectors, Any]:
@@ -36,7 +36,7 @@ def launched(launch: Any, wavefront: Wavefront | None, start: Float[Any, "2 ..."
     curvature = wavefront.curvature
     square = start[0] * start[0] + start[1] * start[1]
     length = functions(curvature, square).sqrt(1 + curvature * curvature * square)
-    return position, (axis + curvature * aside) / length, wavefront.index * curvature * square / (1 + length)
+    return position, (axis + curvature * aside) / length, wavefront.refractive_index * curvature * square / (1 + length)
 
 
 def field_of(launch: Any, wavefront: Wavefront | None, field, direction: Vectors) -> Complex[Any, "3 vectors ..."]:

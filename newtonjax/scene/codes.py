@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import imageio.v3 as iio
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -30,8 +29,8 @@ def filtered(light: Float[Array, "rows columns 3"], mosaic: str) -> Float[Array,
 def demosaiced(codes: Float[Array, "rows columns"], mosaic: str) -> Float[Array, "rows columns 3"]:
     """Three colours in every pixel, those that it has no filter for as means of its neighbours that have one."""
     sites = _sites(mosaic, codes.shape)
-    known = codes[..., None] * sites
-    return known + (1 - sites) * (_near(known) / _near(sites))
+    filtered_codes = codes[..., None] * sites
+    return filtered_codes + (1 - sites) * (_near(filtered_codes) / _near(sites))
 
 
 def _near(values: Any) -> Any:
@@ -73,5 +72,7 @@ def _compressed(codes: Any, quality: int) -> Any:
     """Codes of 8 bits as they come out of a JPEG of a quality."""
     if not is_concrete(codes):
         raise ValueError("jpeg within a transformation: a file is written of known codes; leave it out there")
+    import imageio.v3 as iio  # here: few cameras compress, and to import it takes a tenth of a second
+
     file = iio.imwrite("<bytes>", np.asarray(codes), extension=".jpg", quality=quality)
     return jnp.asarray(iio.imread(file, extension=".jpg"))

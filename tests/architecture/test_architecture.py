@@ -15,7 +15,8 @@ ROOT = Path(__file__).resolve().parents[2]
 SOURCE = Source(ROOT)
 TREES, DOORS = SOURCE.trees, SOURCE.doors
 FILES = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
-SIMULATOR = {"equinox", "jax", "jaxtyping", "matplotlib", "msgspec", "newtonjax", "numpy", "tomli_w"}
+# The simulator's packages; imageio is of a photograph's JPEG alone.
+SIMULATOR = {"equinox", "imageio", "jax", "jaxtyping", "matplotlib", "msgspec", "newtonjax", "numpy", "tomli_w"}
 HEAVY = ("equinox", "jax", "matplotlib", "numpy", "pint", "scipy", "skimage")
 RARE = ("corner", "emcee", "h5py", "imageio", "matplotlib", "pint", "png", "rich", "skimage", "tifffile")
 # Rooms and arrows between them, and the longest chain of rooms: no more than these.
