@@ -6,7 +6,6 @@ from typing import Any
 
 import jax
 import numpy as np
-from jaxtyping import Float
 
 import newtonjax as nj
 from fitting.parameters import png
@@ -15,7 +14,7 @@ from newtonjax.scene import window
 
 _FILL = 0.8  # of the full well, by the brightest pixel, where no camera file says how long to expose
 
-Blocks = Iterable[tuple[int, Float[np.ndarray, "rows columns *channels"]]]
+Blocks = Iterable[tuple[int, np.ndarray]]
 
 
 def brightest(parts: Blocks, splatted: Splatted | None) -> float:
