@@ -1,6 +1,7 @@
 """Scenes and cameras in TOML files: SI floats, every field checked, nothing rounded."""
 
 import re
+import sys
 import tomllib
 from dataclasses import MISSING, fields
 from pathlib import Path
@@ -278,8 +279,10 @@ def _table(name: str, part: Any) -> msgspec.Struct | None:
 
 def _plain(value: Any) -> Any:
     """A number or a vector as Python's own."""
-    if value is None or isinstance(value, int | str | tuple):
+    if value is None or isinstance(value, int | tuple):
         return value
+    if isinstance(value, str):
+        return sys.intern(value)  # msgspec leaves out a default where it is the same object
     if isinstance(value, Response):
         return words_of_response(value)
     if isinstance(value, Spectrum):
