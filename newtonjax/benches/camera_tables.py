@@ -1,5 +1,6 @@
 """The lens of a camera and the response of its channels, as a table and as words of a TOML file."""
 
+from collections.abc import Callable
 from typing import Any
 
 import msgspec
@@ -20,9 +21,14 @@ LENS = msgspec.defstruct(
 )
 
 
-def lens_of(table: Any) -> CameraLens:
+def lens_of(table: Any) -> CameraLens | None:
     """The lens in a table. Raises ValueError for one that does not exist."""
-    return CameraLens(**msgspec.structs.asdict(table))
+    return None if table is None else CameraLens(**msgspec.structs.asdict(table))
+
+
+def table_of_lens(lens: CameraLens, plain: Callable[[Any], Any]) -> Any:
+    """`lens_of` the other way; `plain` makes Python's own numbers."""
+    return LENS(**{name: plain(getattr(lens, name)) for name in LENS.__struct_fields__})
 
 
 def words_of_response(response: Response) -> str:

@@ -13,7 +13,7 @@ import tomli_w
 
 from newtonjax.benches import lens_on_plate
 from newtonjax.benches.arguments import BENCHES, Argument, arguments_of, refuse_old_names
-from newtonjax.benches.camera_tables import LENS, lens_of, words_of_response
+from newtonjax.benches.camera_tables import LENS, lens_of, table_of_lens, words_of_response
 from newtonjax.benches.figure_tables import FIGURE, figure_of, table_of
 from newtonjax.benches.light_tables import ALL_ORDERS, EXTENT, extent_of, orders_of, table_of_extent, table_of_orders
 from newtonjax.numerics import Scalar, Vector2, Vector3, path_of, require_concrete, shown
@@ -95,9 +95,8 @@ _STRUCTS = {name: _struct_of(kind) for name, kind in _PARTS.items()}
 
 def _type_of(argument: Argument) -> Any:
     """What TOML may hold for an argument of a bench."""
-    by_kind = {"view": str, "screen": float | str, "angles": Two, "names": str | tuple[str, ...]}
-    by_kind |= {"light": str, "coating": str, "index": float | str}
-    by_kind |= dict.fromkeys(("terms", "heights"), Numbers)
+    by_kind = {"screen": float | str, "angles": Two, "names": str | tuple[str, ...], "index": float | str}
+    by_kind |= dict.fromkeys(("view", "light", "coating"), str) | dict.fromkeys(("terms", "heights"), Numbers)
     kind = by_kind.get(argument.kind, float)
     return kind | None if argument.default is None else kind
 
@@ -230,7 +229,7 @@ def _made(name: str, table: msgspec.Struct | None, where: str | None = None) -> 
         words = msgspec.structs.asdict(table)
         if "figure" in words:
             words["figure"] = figure_of(words["figure"])
-        if words.get("lens") is not None:
+        if "lens" in words:
             words["lens"] = lens_of(words["lens"])
         if "extent" in words:
             words["extent"] = extent_of(words["extent"])
@@ -288,7 +287,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Spectrum):
         return _SPECTRUM(**{name: _plain(getattr(value, name)) for name in _SPECTRUM.__struct_fields__})
     if isinstance(value, CameraLens):
-        return LENS(**{name: _plain(getattr(value, name)) for name in LENS.__struct_fields__})
+        return table_of_lens(value, _plain)
     if isinstance(value, Extent):
         return table_of_extent(value)
     if isinstance(value, AbstractFigure):
