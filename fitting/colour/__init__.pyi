@@ -1,6 +1,7 @@
 """Rings in the channels of a colour photograph: one geometry, and for each channel the waveform of its light."""
 
 from fitting.colour.colour_reasons import ColourReason as ColourReason
+from fitting.colour.distortion import Distortion as Distortion
 from fitting.colour.evidence import BANDS_ALONE as BANDS_ALONE
 from fitting.colour.evidence import ONE_LINE as ONE_LINE
 from fitting.colour.evidence import odds_of_lamps as odds_of_lamps

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from fitting.colour.blocks import Blocks, blocks_of
+from fitting.colour.distortion import Distortion, with_distortion
 from fitting.colour.geometry import Placed, place
 from fitting.colour.given_fit import best_given_fit, with_likeness
 from fitting.colour.given_light import Curves, given_light
@@ -52,6 +53,7 @@ class ColourFit:
     """One curve for all channels, under light of some lines and bands.
 
     - `fit`: the best curve; `deviation` of its log rate by the sectors; `variants`: models as good.
+    - `distortion`: of the camera, and whether the curve has it.
     - `by_channel`: each by itself; `clipped`: numbers of channels whose brightest rings were left out.
     """
 
@@ -59,6 +61,7 @@ class ColourFit:
     fit: LampFit
     deviation: float
     variants: list[Variant]
+    distortion: Distortion
     by_channel: list[ChannelRate]
     clipped: tuple[int, ...]
 
@@ -140,10 +143,11 @@ def weighed_on(problem, plain: LampFit) -> Float[np.ndarray, " channels"]:
 
 def measure(rings: Rings1D, light: Lines | Curves) -> ColourFit:
     """One curve for all channels under light of these lines or curves, with its standard deviation and its rivals."""
-    fit, clipped = fit_light(rings, light)
+    plain, clipped = fit_light(rings, light)
+    fit, distortion = with_distortion(plain, deviation_of_rate(plain.problem, plain.optimum))
     deviation = deviation_of_rate(fit.problem, fit.optimum)
     by_channel = [_alone(fit, k) for k in range(len(rings.channels))]
-    return ColourFit(rings, fit, deviation, variants_of(fit, deviation), by_channel, clipped)
+    return ColourFit(rings, fit, deviation, variants_of(fit, deviation), distortion, by_channel, clipped)
 
 
 def _alone(fit: LampFit, number: int) -> ChannelRate:

@@ -78,5 +78,4 @@ def _problems(fit: LampFit) -> dict[str, Problem]:
         colours = {0: "red", 2: "blue"}
         lateral = tuple(colours[channel] for channel in base.channels if channel in colours)
         problems["lateral colour"] = replace(base, free=(*base.free, *lateral))
-    problems["distortion"] = replace(base, free=(*base.free, "bend"))
     return problems

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.colour import ColourFit, ColourReason, fitted_images, gap_at_centre, measure, rings_in
+from fitting.colour import ColourFit, ColourReason, Distortion, fitted_images, gap_at_centre, measure, rings_in
 from fitting.parameters import EXPONENTS, TABLE, Parameter, interval
 from fitting.photo import Photograph, Rings, read_channels
 from fitting.photograph.light_verdict import LightVerdict, verdict_on_light
@@ -105,6 +105,7 @@ def _rows(fit: ColourFit, photographs: tuple[Photograph, ...]) -> list[tuple[str
     return [
         ("noise", fit.deviation),
         ("models of the light", fit.spread),
+        ("distortion", fit.distortion.spread),
         ("channels", _beyond(by_channels, fit.spread)),
         ("compression", _beyond(_COMPRESSED, float(np.hypot(fit.deviation, of_light))) if may_be_jpeg else 0.0),
     ]
@@ -213,11 +214,17 @@ def _model(fit: ColourFit, photographs: tuple[Photograph, ...], verdict: LightVe
         "fringes": "2 n t at normal incidence, exact sphere, one for all channels",
         **verdict.model,
         "explained": explained,
+        "distortion": _words_of(fit.distortion),
         "variants": f"relative change of the fringe scale: {variants}",
         "gap order": f"probability {fit.order_odds[0]:.0%}",
         "blur": "a Gaussian one; a width of the lines fades the rings alike",
         "aperture": "taken as 0: with a numerical aperture of 0.1 the radius is 0.25 % smaller",
     }
+
+
+def _words_of(distortion: Distortion) -> str:
+    is_in = "in the model" if distortion.is_in else "not in the model"
+    return f"of the camera, {is_in}: probability {distortion.probability:.0%}, fringe scale {distortion.shift:+.2%}"
 
 
 def _picture(
