@@ -1,9 +1,11 @@
 """Rings of several lines in three channels: one radius, from made photographs and from a real one."""
 
+import jax
 import numpy as np
 import pytest
 
 import fitting
+import newtonjax as nj
 from experiments.truth.colour_pictures import Truth, picture, responses
 from fitting.colour import BANDS_ALONE, ONE_LINE, ColourReason
 from fitting.colour.amplitudes import background, solve
@@ -165,3 +167,19 @@ def test_a_mercury_arc_gives_the_catalogued_radius_in_all_channels(shared):
     by_channel = [result.parameters[f"radius_{name}"].value for name in ("red", "green", "blue")]
     assert np.ptp(by_channel) < 0.003 * result.radius
     assert "CHANNELS_CLIPPED" in result.warning_codes
+
+
+@pytest.mark.parametrize("distortion", [0.01, 0.0])
+def test_a_distortion_that_rings_show_is_in_the_model(distortion):
+    wavelengths, nanometres = np.arange(380, 781, 5) * 1e-9, np.arange(380, 781, 5)
+    curves = np.stack([np.exp(-0.5 * ((nanometres - middle) / 33) ** 2) for middle in (600, 535, 460)])
+    camera = nj.Camera(
+        (300, 400), 5e-6, exposure=8e4, full_scale=16e3, bits=16, blur=0.8, mosaic="RGGB",
+        response=nj.Response(wavelengths, curves), lens=nj.CameraLens(distortion),
+    )  # fmt: skip
+    bench = nj.newton_rings(0.1545, light="mercury")
+    codes = np.asarray(camera.expose(nj.render(bench, camera), jax.random.key(0)))
+    result = fitting.fit(codes, light="mercury", pixel_size=5e-6, transfer="linear")
+    assert abs(result.radius - 0.1545) < 3 * result.radius_sd
+    assert result.radius_sd < 3e-3 * 0.1545
+    assert ("not in the model" in result.model["distortion"]) == (distortion == 0)
