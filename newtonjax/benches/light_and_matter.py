@@ -19,7 +19,9 @@ def index_of(number: Scalar | str, wavelength: Scalar, ambient_index: Scalar = 1
         return number
     index = refractive_index(number, wavelength)
     is_absolute = is_concrete(ambient_index) and ambient_index > _AIR
-    return index if number.lower() == "air" or not is_absolute else index * refractive_index("air", wavelength)
+    if number.lower() == "air" or not is_absolute:
+        return index
+    return index * refractive_index("air", wavelength)
 
 
 def light_of(
@@ -78,6 +80,7 @@ def extent_of(
     if lamp_radius is None:
         return None
     if lamp_distance is None:
-        raise ValueError("lamp_radius without a distance; give source_distance, or the focal length of a collimator")
+        way_out = "source_distance, or the focal length of a collimator"
+        raise ValueError(f"lamp_radius without a distance; give {way_out}")
     xp = namespace(lamp_radius, lamp_distance)
     return Extent(lamp_radius / xp.sqrt(lamp_radius * lamp_radius + lamp_distance * lamp_distance))

@@ -38,7 +38,6 @@ from newtonjax.scene import (
 
 Three = tuple[float, float, float]
 Two = tuple[float, float]
-
 Numbers = tuple[float, ...]
 # Words that `lamp` takes, or the numbers of a spectrum.
 _SPECTRUM = msgspec.defstruct(
@@ -129,6 +128,7 @@ _FIELDS = {name: struct.__struct_fields__ for name, struct in {**_READY, **_STRU
 # Of what msgspec speaks: the place at the end of its text, as a field that it quotes may hold anything.
 _PLACE = re.compile(r" - at `\$([.\w\[\]]*)`\Z")
 _BY_HAND = ("surfaces", "media", "beams", "light", "screen")
+_OF_TABLES = {"figure": figure_of, "lens": lens_of, "extent": extent_of}
 _BESIDE = ("shield", "collecting_lens")  # what a scene by hand may have as well
 
 
@@ -227,12 +227,9 @@ def _made(name: str, table: msgspec.Struct | None, where: str | None = None) -> 
         if table is None:
             return None
         words = msgspec.structs.asdict(table)
-        if "figure" in words:
-            words["figure"] = figure_of(words["figure"])
-        if "lens" in words:
-            words["lens"] = lens_of(words["lens"])
-        if "extent" in words:
-            words["extent"] = extent_of(words["extent"])
+        for part, of_table in _OF_TABLES.items():
+            if part in words:
+                words[part] = of_table(words[part])
         return _PARTS[name](**words)
     except ValueError as error:
         raise ValueError(f"{_heading(where or name)} {str(error).removeprefix(f'{name}.')}") from None

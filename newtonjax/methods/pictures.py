@@ -114,7 +114,8 @@ class SideBySide(AbstractPicture):
     levels: tuple[float, ...]
 
     def image(self) -> Float[Array, "rows columns *channels"]:
-        return jnp.stack([level * part.image() for part, level in zip(self.channels, self.levels, strict=True)], -1)
+        channels = zip(self.channels, self.levels, strict=True)
+        return jnp.stack([level * part.image() for part, level in channels], axis=-1)
 
     def blocks(self, rows: int) -> Iterator[tuple[int, Float[np.ndarray, "rows columns *channels"]]]:
         for parts_of_rows in zip(*(part.blocks(rows) for part in self.channels), strict=True):

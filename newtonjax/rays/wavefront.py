@@ -36,7 +36,9 @@ def launched(launch: Any, wavefront: Wavefront | None, start: Float[Any, "2 ..."
     curvature = wavefront.curvature
     square = start[0] * start[0] + start[1] * start[1]
     length = functions(curvature, square).sqrt(1 + curvature * curvature * square)
-    return position, (axis + curvature * aside) / length, wavefront.refractive_index * curvature * square / (1 + length)
+    direction = (axis + curvature * aside) / length
+    ahead = curvature * square / (1 + length)
+    return position, direction, wavefront.refractive_index * ahead
 
 
 def field_of(launch: Any, wavefront: Wavefront | None, field, direction: Vectors) -> Complex[Any, "3 vectors ..."]:
@@ -50,8 +52,10 @@ def field_of(launch: Any, wavefront: Wavefront | None, field, direction: Vectors
     axis = launch[3]
     cosine = dot(axis, direction)
     scale = cosine * functions(cosine).sqrt(cosine)
-    along = dot(direction[:, None].astype(field.dtype), field) * (1 / (1 + cosine)).astype(field.dtype)
-    return (field - (axis + direction)[:, None].astype(field.dtype) * along[None]) * scale.astype(field.dtype)
+    along, share = direction[:, None].astype(field.dtype), 1 / (1 + cosine)
+    turned = (axis + direction)[:, None] * share
+    field = field - turned.astype(field.dtype) * dot(along, field)[None]
+    return field * scale.astype(field.dtype)
 
 
 def spreading(launch: Any, wavefront: Wavefront | None, direction: Vectors) -> Float[Array, "3 2 ..."]:

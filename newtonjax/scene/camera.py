@@ -126,14 +126,14 @@ class Camera(eqx.Module):
         if self.mosaic is not None:
             require_choice("mosaic", self.mosaic, MOSAICS)
             if self.response is None or len(self.response.curves) != len("RGB"):
-                raise ValueError(f"mosaic {self.mosaic} of a camera without a response of three channels; give both")
+                raise ValueError(f"mosaic {self.mosaic} without a response of three channels; give both")
         require_whole("jpeg", self.jpeg, 1, 100)
         if self.jpeg is not None and self.bits != 8:
             raise ValueError(f"jpeg with codes of {self.bits} bits; allowed: bits=8")
 
     def _check_lens(self):
         if not isinstance(self.lens, CameraLens | None):
-            raise ValueError(f"lens is {shown(self.lens)}; allowed: a CameraLens such as CameraLens(0.05), or None")
+            raise ValueError(f"lens is {shown(self.lens)}; allowed: a CameraLens, or None")
         sizes = None if self.lens is None else self.lens.magnifications
         channels = 1 if self.response is None else len(self.response.curves)
         if sizes is not None and len(sizes) != channels:
@@ -236,9 +236,9 @@ def _falloff(camera: Camera, axes: int) -> Any:
     """The share of the light that the lens passes to each pixel, [rows, columns] or with an axis for channels."""
     lens: Any = camera.lens
     rows, columns = camera.shape
-    x, y, _ = _from_axis(
-        camera, lens, jnp.arange(columns, dtype=float)[None, :], jnp.arange(rows, dtype=float)[:, None]
-    )
+    along_x = jnp.arange(columns, dtype=float)
+    along_y = jnp.arange(rows, dtype=float)[:, None]
+    x, y, _ = _from_axis(camera, lens, along_x, along_y)
     share = passed_by(lens, _half_diagonal(camera), x, y)
     return jnp.broadcast_to(share, camera.shape).reshape(*camera.shape, *[1] * (axes - 2))
 
@@ -275,7 +275,8 @@ def window(camera: Camera, first: int, rows: int) -> Camera:
 def corners(camera: Camera) -> Float[Any, "4 2"]:
     """Screen points [m] of the centres of the pixels in the frame's corners."""
     rows, columns = camera.shape
-    x, y = points_of(camera, np.array([0.0, 0.0, columns - 1, columns - 1]), np.array([0.0, rows - 1, 0.0, rows - 1]))
+    x, y = np.meshgrid([0.0, columns - 1], [0.0, rows - 1])
+    x, y = points_of(camera, x.T.ravel(), y.T.ravel())
     return module_of(x).stack([x, y], axis=1)
 
 

@@ -75,7 +75,8 @@ class CameraLens(eqx.Module):
             allowed = "a number from 0.9 to 1.1 for each channel, or None"
             require("lens.magnifications", self.magnifications, allowed, lambda v: (v >= 0.9) & (v <= 1.1))
             if np.ndim(self.magnifications) != 1:
-                raise ValueError(f"lens.magnifications has shape {np.shape(self.magnifications)}; allowed: (channels,)")
+                shape = np.shape(self.magnifications)
+                raise ValueError(f"lens.magnifications has shape {shape}; allowed: (channels,)")
         if self.vignette is not None:
             require_one("lens.vignette", self.vignette, _SHARE, lambda v: np.all((v >= 0) & (v < 1)))
 

@@ -71,7 +71,7 @@ def developed(electrons: Float[Array, "rows columns *channels"], camera: Any) ->
 def _compressed(codes: Any, quality: int) -> Any:
     """Codes of 8 bits as they come out of a JPEG of a quality."""
     if not is_concrete(codes):
-        raise ValueError("jpeg within a transformation: a file is written of known codes; leave it out there")
+        raise ValueError("jpeg within a transformation: leave it out there, where codes are not known")
     import imageio.v3 as iio  # here: few cameras compress, and to import it takes a tenth of a second
 
     file = iio.imwrite("<bytes>", np.asarray(codes), extension=".jpg", quality=quality)

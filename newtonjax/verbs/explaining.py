@@ -95,7 +95,8 @@ def _way_in(light: Light) -> str:
     curvature = 0.0 if light.curvature is None else float(light.curvature)
     if not curvature:
         return over or "collimated"
-    waves = f"from {1 / curvature:.4g} m away" if curvature > 0 else f"gathered {-1 / curvature:.4g} m beyond"
+    distance = f"{abs(1 / curvature):.4g} m"
+    waves = f"from {distance} away" if curvature > 0 else f"gathered {distance} beyond"
     return f"{over}, {waves}" if over else waves
 
 
@@ -139,7 +140,10 @@ def explain(scene: Scene, camera: Camera, tolerance: float = 1e-3) -> Explanatio
     frequency = _frequency(scene, camera, points)
     note = way_of_means(bench, camera, chosen.method)
     parts.append(of_pixel(fields, frequency, all_arrive, camera.takes_means, note))
-    parts.append(of_line_width(scene, fields, tolerance) if light.spectrum is None else of_spectrum(light, fields))
+    if light.spectrum is None:
+        parts.append(of_line_width(scene, fields, tolerance))
+    else:
+        parts.append(of_spectrum(light, fields))
     parts.append(of_extent(bench, camera, fields, tolerance))
     parts.append(of_distance(bench, camera, points, fields, tolerance))
     if of_orders is not None:
@@ -177,7 +181,8 @@ def _difference(fields: Fields, changed: Fields) -> float:
     turns = np.abs(phase - changed_phase)
     turns = np.minimum(2 * np.pi * np.abs(turns - np.round(turns)), 2.0)
     beyond = np.abs(phase - changed_phase) > 0.5
-    change = np.abs(fields.background - changed.background) + np.abs(np.abs(size) - np.abs(changed_size)).sum(axis=0)
+    change = np.abs(fields.background - changed.background)
+    change = change + np.abs(np.abs(size) - np.abs(changed_size)).sum(axis=0)
     change = change + (np.where(beyond, 2.0, turns) * np.abs(size)).sum(axis=0)
     return min(_BETWEEN * float(change.max()), 2.0 * peak_of(fields)) / peak_of(fields)
 
@@ -215,7 +220,8 @@ def _inside(scene: Scene, chosen: Plan, points: Float[np.ndarray, "n 2"], fields
     """Parts of the scene itself: polarization, tilts, the bare screen's rays, the exact sphere."""
     omissions = []
     if scene.light.polarization is None:
-        turned = [replace(scene, light=replace(scene.light, polarization=angle)) for angle in (0.0, np.pi / 2)]
+        lights = [replace(scene.light, polarization=angle) for angle in (0.0, np.pi / 2)]
+        turned = [replace(scene, light=light) for light in lights]
         error = max(_difference(_fields(polarized, points), fields) for polarized in turned)
         omissions.append(Omission("polarization", error, True, "against light polarized along x or y"))
     for name, level in (("tilt of the light", _light_upright(scene)), ("tilt of the surfaces", _upright(scene))):

@@ -91,7 +91,8 @@ def of_extent(scene: Scene, camera: Camera, fields: Fields, tolerance: float) ->
         return Omission(part, None, False, note)
     lit = summed_at_nodes(scene, camera, _ORDER)
     change = np.abs(lit - summed_at_nodes(parallel(scene), camera, 1)).max() / lit.max()
-    return Omission(part, min(_BETWEEN * float(change), 2.0), True, "against parallel light, in the mean line")
+    error = min(_BETWEEN * float(change), 2.0)
+    return Omission(part, error, True, "against parallel light, in the mean line")
 
 
 def of_distance(scene: Scene, camera: Camera, points: Float[np.ndarray, "n 2"], fields: Fields, tolerance: float):
@@ -110,4 +111,5 @@ def of_distance(scene: Scene, camera: Camera, points: Float[np.ndarray, "n 2"], 
     plane = summed_at_nodes(by_plane_waves, camera, _ORDER)
     change = np.abs(lit - (lit @ plane) / (plane @ plane) * plane).max() / lit.max()
     note = "against plane waves that make the image as bright, in the mean line"
-    return Omission(part, min(_BETWEEN * float(change), 2.0), True, note)
+    error = min(_BETWEEN * float(change), 2.0)
+    return Omission(part, error, True, note)
