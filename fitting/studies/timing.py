@@ -15,7 +15,7 @@ from fitting.studies.bench_origin import says_its_bench
 from fitting.studies.tradeoff_result import MethodTiming, Tradeoff
 from newtonjax.fields import closed_fields, intensity, packed, polar
 from newtonjax.numerics import chebyshev, shown, x64
-from newtonjax.scene import gap_of, has_tilted_sphere, node_points, require_bench
+from newtonjax.scene import gap_of, has_tilted_sphere, node_points, points_of, require_bench
 
 # Tolerances that are planned for, and the fixed grid that a user's own transformation gets.
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
@@ -88,9 +88,8 @@ class _Comparison:
     def __init__(self, scene: nj.Scene, camera: nj.Camera):
         self.scene, self.camera = scene, camera
         self.rows, self.columns = (np.unique(np.linspace(0, n - 1, _SIDE).round().astype(int)) for n in camera.shape)
-        x, y = map(np.asarray, camera.axes())
-        grid = np.meshgrid(x[self.columns], y[self.rows])
-        self.pixels = np.stack([axis.ravel() for axis in grid], axis=1)
+        places = np.meshgrid(self.columns.astype(float), self.rows.astype(float))
+        self.pixels = np.stack([np.ravel(axis) for axis in points_of(camera, *places)], axis=1)
         self.points = node_points(camera, _POINTS)
         self.truth = intensity(_fields(scene, self.pixels))
         self.phase = polar(_fields(scene, self.points))[1][0]

@@ -106,10 +106,11 @@ class ClosedForm(AbstractMethod):
     def error(self, scene: Scene, camera: Camera) -> ErrorEstimate:
         """`error_against` rays at 17 x 17 nodes; infinite where a beam misses one of them.
 
-        Raises CannotHonourError as `check`, and ValueError for traced values.
+        Raises CannotHonourError as `check` and `check_camera`, and ValueError for traced values.
         """
         require_concrete("ClosedForm().error", scene, camera)
         self.check(scene)
+        self.check_camera(camera)
         line = one_line(scene)
         bench = pack(line)
         fields = node_fields(bench, node_arrivals(bench, camera, _NODES))

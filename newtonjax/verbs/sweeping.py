@@ -54,6 +54,7 @@ def sweep(
     require_concrete("sweep", values, camera)
     if method is not None:
         method.require_parts("sweep")
+        method.check_camera(camera)
     require_whole("batch", batch)
     require_mapping("values", values)
     if values is None:

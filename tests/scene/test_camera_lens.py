@@ -66,6 +66,23 @@ def test_a_plan_counts_nodes_for_the_lens():
             nj.render(SCENE, CAMERA, method)
 
 
+def test_no_verb_leaves_the_lens_out():
+    values = {"radius": [1.0, 2.0], "gap": 1e-6}
+    for refused in (
+        lambda: nj.sweep(nj.newton_rings, values, CAMERA, nj.ClosedForm()),
+        lambda: nj.blocks(SCENE, CAMERA, nj.ClosedForm()),
+        lambda: nj.opd(SCENE, CAMERA, nj.ClosedForm()),
+        lambda: nj.ClosedForm().error(SCENE, CAMERA),
+        lambda: nj.plan(nj.newton_rings(1.0, beams="all"), CAMERA),
+    ):
+        with pytest.raises(ValueError, match="cannot honour camera"):
+            refused()
+    with jax.enable_x64(True):
+        images = nj.sweep(nj.newton_rings, {"radius": [1.0], "gap": 1e-6}, CAMERA)
+        expected = nj.render(nj.newton_rings(1.0, gap=1e-6), CAMERA)
+    np.testing.assert_allclose(images[0], expected, atol=1e-3 * float(expected.max()))
+
+
 def test_means_over_pixels_are_those_of_the_finer_grid():
     fine, coarse = 8, nj.Camera((20, 24), 60e-6, lens=nj.CameraLens(0.05))
     camera = replace(coarse, aperture=1.0)
