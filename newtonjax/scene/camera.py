@@ -140,7 +140,7 @@ class Camera(eqx.Module):
             raise ValueError(f"lens.magnifications are {len(sizes)}; allowed: {channels}, one for each channel")
 
     def axes(self) -> tuple[Float[Any, " columns"], Float[Any, " rows"]]:
-        """Screen coordinates x of the columns and y of the rows [m]; NumPy where the camera's numbers are known."""
+        """Screen coordinates x of columns and y of rows [m] on the grid without a lens; NumPy for known numbers."""
         xp = namespace(self.pixel_size, self.centre_px)
         rows, columns = self.shape
         return _on_screen(self, xp.arange(columns, dtype=float), xp.arange(rows, dtype=float))

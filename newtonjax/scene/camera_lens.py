@@ -34,10 +34,9 @@ class CameraLens(eqx.Module):
     """What a lens makes of an even grid of pixels. The camera's `pixel_size` is that on its axis.
 
     A pixel at u from the axis looks at the point u (1 + κ |u|² / h² + κ₅ |u|⁴ / h⁴), as the distortion of a fit is
-    counted (Brown 1966); h is half a diagonal of the image, from the middle
-    to the centre of a pixel in its corner.
+    counted (Brown 1966); h is half a diagonal of the image, from its middle to the centre of a pixel in its corner.
 
-    - `distortion`, `fifth_order`: κ and κ₅, below 0 for what is seen as a barrel's inverse, a cushion; None for none.
+    - `distortion`, `fifth_order`: κ and κ₅, above 0 for a barrel, below 0 for a pincushion; None for none.
     - `axis_px`: where the lens's axis meets the image, (x, y) in pixels; None for its middle.
     - `tilt`: of the screen about the image's x and y, as the camera sees it [rad]; None for one that it looks straight
       at. It turns about the point on the axis.
