@@ -71,7 +71,8 @@ def read_sd(sd: Any) -> tuple[bool, float]:
     text = sd.strip() if isinstance(sd, str) else ""
     is_relative = text.endswith("%")
     try:
-        if not isinstance(sd, str) and np.ndim(sd):
+        # Masked elements are 0 in an array, and warn in a list.
+        if isinstance(sd, list | tuple | np.ma.MaskedArray) or (not isinstance(sd, str) and np.ndim(sd)):
             return False, np.nan
         return is_relative, 0.01 * float(text[:-1]) if is_relative else float(np.asarray(sd).item())
     except (TypeError, ValueError, OverflowError):

@@ -19,6 +19,7 @@ def test_an_array_of_one_is_none(value):
 
 
 def test_an_array_is_no_standard_deviation():
-    assert np.isnan(read_sd(np.full(1, 2.0))[1])
+    for value in (np.full(1, 2.0), np.ma.masked, [np.ma.masked], [2.0]):
+        assert np.isnan(read_sd(value)[1])
     assert read_sd(np.array(2.0)) == (False, 2.0)
     assert read_sd("2%") == (True, 0.02)
