@@ -23,12 +23,7 @@ _MIDDLES = (600e-9, 540e-9, 460e-9)
 _INNERMOST, _REACH = 0.15e-6, 0.3e-6
 # Gaps at the centre of the first picture that are tried [m]: near contact, and wide ones, at which a spectrum with
 # waves in it does for that of any gap; how many are followed, and how many times as much as by a wide one may be left.
-_NEAR, _WIDE, _TRIED, _WORSE = (
-    np.arange(-0.3e-6, 0.31e-6, 0.02e-6),
-    np.arange(0.6e-6, 4e-6, 0.3e-6),
-    2,
-    2.0,
-)
+_NEAR, _WIDE, _TRIED, _WORSE = (np.arange(-0.3e-6, 0.31e-6, 0.02e-6), np.arange(0.6e-6, 4e-6, 0.3e-6), 2, 2.0)
 # Starts that are tried and followed, and steps after which the best of them goes on alone.
 _LIKELIEST, _FOLLOWED, _ROUGH = 4, 3, 4
 
@@ -87,10 +82,7 @@ class SharedFit:
         return np.array(shares)
 
 
-def fit_unknown_light(
-    rings: Sequence[Rings1D],
-    clearest: int,
-) -> SharedFit:
+def fit_unknown_light(rings: Sequence[Rings1D], clearest: int) -> SharedFit:
     """The best curves of pictures whose channels are the same.
 
     `clearest`: number of the channel in which the first picture's rings were searched.
@@ -102,22 +94,14 @@ def fit_unknown_light(
     return _judged(problem, best, clipped)
 
 
-def _judged(
-    problem: SharedProblem,
-    best: SharedOptimum,
-    clipped: tuple[int, ...],
-) -> SharedFit:
+def _judged(problem: SharedProblem, best: SharedOptimum, clipped: tuple[int, ...]) -> SharedFit:
     """An optimum with its standard deviations, other models, and each picture alone."""
     usual = estimate(problem, best.curves)
     alone = tuple(_alone(problem, best, picture) for picture in range(len(best.curves)))
     return SharedFit(problem, best, usual.values[0], usual.deviations, shifts_of(problem, best, usual), clipped, alone)
 
 
-def _alone(
-    problem: SharedProblem,
-    best: SharedOptimum,
-    picture: int,
-) -> Alone:
+def _alone(problem: SharedProblem, best: SharedOptimum, picture: int) -> Alone:
     """One picture by itself, next to the curves of all."""
     part = slice(picture, picture + 1)
     free = (Number("offset", (0,)), Number("blur", (0,)))
@@ -135,10 +119,7 @@ def _alone(
     return Alone(float(by_itself.values[0, 0]), float(by_itself.deviations[0, 0]), worse)
 
 
-def _problem(
-    rings: Sequence[Rings1D],
-    rates: Float[np.ndarray, " pictures"],
-) -> SharedProblem:
+def _problem(rings: Sequence[Rings1D], rates: Float[np.ndarray, " pictures"]) -> SharedProblem:
     """The problem of pictures of such rates [m per px²], without the rings next to contact."""
     channels, count = rings[0].channels, len(rings)
     outer = [single.profiles.within(_INNERMOST / rate, np.inf) for single, rate in zip(rings, rates, strict=True)]
@@ -155,10 +136,7 @@ def _problem(
     return SharedProblem(tuple(outer), views, unknown_light(path), channels, variances, tuple(free))
 
 
-def _start(
-    rings: Sequence[Rings1D],
-    rate: float,
-) -> tuple[SharedProblem, tuple[Curve, ...]]:
+def _start(rings: Sequence[Rings1D], rate: float) -> tuple[SharedProblem, tuple[Curve, ...]]:
     """The likeliest curves of gaps of the first picture, and of what makes the others like it."""
     gap = _gap_of_first(rings, rate)
     first = rings[0].profiles
@@ -178,88 +156,48 @@ def _start(
         )
         trials.append((_square(problem, curves), problem, curves))
     trials.sort(key=lambda trial: trial[0])
-    rough = [
-        (
-            shared_optimum(
-                problem,
-                curves,
-                _ROUGH,
-            ),
-            problem,
-        )
-        for _, problem, curves in trials[:_FOLLOWED]
-    ]
+    rough = [(shared_optimum(problem, curves, _ROUGH), problem) for _, problem, curves in trials[:_FOLLOWED]]
     optimum, problem = min(rough, key=lambda pair: pair[0].chi2)
     return problem, optimum.curves
 
 
-def _gap_of_first(
-    rings: Sequence[Rings1D],
-    rate: float,
-) -> float:
+def _gap_of_first(rings: Sequence[Rings1D], rate: float) -> float:
     """Gap at the centre of the first picture [m], by itself: near contact where that does as well as any."""
     alone, optima = _problem(rings[:1], np.array([rate])), []
     for gaps in (_NEAR, _WIDE):
         curves = [(Curve(float(np.log(rate)), 1e6 * float(gap)),) for gap in gaps]
         squares = np.array([_square(alone, curve) for curve in curves])
-        followed = [
-            shared_optimum(
-                alone,
-                curves[place],
-                _ROUGH,
-            )
-            for (place,) in valleys(squares)[:_TRIED]
-        ]
+        followed = [shared_optimum(alone, curves[place], _ROUGH) for (place,) in valleys(squares)[:_TRIED]]
         optima.append(min(followed, key=lambda optimum: optimum.chi2))
     near, wide = optima
     return 1e-6 * (near if near.chi2 < _WORSE * wide.chi2 else wide).curves[0].offset
 
 
-def _square(
-    problem: SharedProblem,
-    curves: tuple[Curve, ...],
-) -> float:
+def _square(problem: SharedProblem, curves: tuple[Curve, ...]) -> float:
     residual = problem.residual(curves)
     return float(residual @ residual)
 
 
-def _unclipped(
-    problem: SharedProblem,
-    plain: SharedOptimum,
-) -> tuple[SharedProblem, SharedOptimum, tuple[int, ...]]:
+def _unclipped(problem: SharedProblem, plain: SharedOptimum) -> tuple[SharedProblem, SharedOptimum, tuple[int, ...]]:
     """A fit without the rings that are clipped, and the channels that have such in some picture."""
     levels = []
     for single in problem.profiles:
         below = single.below(np.full(len(problem.channels), HIGH)).weight.sum(axis=1)
         levels.append(np.where(below > BELOW * single.weight.sum(axis=1), HIGH, np.inf))
     dim = tuple(single.below(level) for single, level in zip(problem.profiles, levels, strict=True))
-    dimmed, cut = weighed(
-        replace(
-            problem,
-            profiles=dim,
-        ),
-        plain.curves,
-    )
+    dimmed, cut = weighed(replace(problem, profiles=dim), plain.curves)
     ratio = dimmed.variances / _left_over(problem, plain, dim)
     is_clipped = ratio < CLIPPED
     if not is_clipped.any():
         return problem, plain, ()
     below = [np.where(each, level, np.inf) for each, level in zip(is_clipped, levels, strict=True)]
     profiles = tuple(single.below(level) for single, level in zip(problem.profiles, below, strict=True))
-    problem, best = weighed(
-        replace(
-            problem,
-            profiles=profiles,
-        ),
-        cut.curves,
-    )
+    problem, best = weighed(replace(problem, profiles=profiles), cut.curves)
     return problem, best, tuple(np.flatnonzero(is_clipped.any(axis=0)).tolist())
 
 
 def _left_over(
-    problem: SharedProblem,
-    best: SharedOptimum,
-    profiles: Sequence[Profiles],
+    problem: SharedProblem, best: SharedOptimum, profiles: Sequence[Profiles]
 ) -> Float[np.ndarray, "pictures channels"]:
     """Variance of a block of weight 1 that a fit's own models leave over of other bins."""
     ends = np.cumsum([len(single.squares) for single in problem.profiles])[:-1]

@@ -16,9 +16,7 @@ _HARMONICS = np.concatenate([np.cos(_ANGLES), np.sin(_ANGLES[:, 1:])], axis=1)
 
 
 def log_scales(
-    problem: SharedProblem,
-    curves: tuple[Curve, ...],
-    answers: list[Channel],
+    problem: SharedProblem, curves: tuple[Curve, ...], answers: list[Channel]
 ) -> tuple[Float[np.ndarray, " pictures"], Float[np.ndarray, "pictures numbers"]]:
     """Logarithms of the fringe scales of the mean wave [turns per px²], and their gradients.
 
@@ -66,10 +64,7 @@ def deviations(
     return np.sqrt(np.maximum(variance, white))
 
 
-def _variance(
-    influence: Float[np.ndarray, " sectors"],
-    information: Float[np.ndarray, " sectors"],
-) -> float:
+def _variance(influence: Float[np.ndarray, " sectors"], information: Float[np.ndarray, " sectors"]) -> float:
     """Variance of a quantity by the scatter of its sectors.
 
     What a shifted centre or an ellipse makes of these, harmonics of the angle, is beside their mean where the sectors
@@ -97,9 +92,7 @@ def _sizes(problem: SharedProblem) -> tuple[int, int, int]:
 
 
 def _design(
-    problem: SharedProblem,
-    curves: tuple[Curve, ...],
-    answers: list[Channel],
+    problem: SharedProblem, curves: tuple[Curve, ...], answers: list[Channel]
 ) -> list[Float[np.ndarray, "bins numbers"]]:
     """Derivatives of each channel's bins in all numbers."""
     free, waves, each = _sizes(problem)
@@ -115,10 +108,7 @@ def _design(
     return design
 
 
-def _held(
-    problem: SharedProblem,
-    answers: list[Channel],
-) -> Float[np.ndarray, "numbers numbers"]:
+def _held(problem: SharedProblem, answers: list[Channel]) -> Float[np.ndarray, "numbers numbers"]:
     """What is known of all numbers before, as a normal matrix.
 
     A wave that is absent may have been as strong as the strongest: of neighbours noise chooses a few.

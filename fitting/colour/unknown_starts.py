@@ -13,14 +13,7 @@ from fitting.colour.profiles import Profiles
 # rim of fringes of so long waves [m].
 _REACH, _TURNS, _WAVE = 0.35, 0.1, 550e-9
 # Differences of the gaps that are tried [m], and ratios and differences that are followed.
-_DIFFERENCES, _LIKELIEST = (
-    np.arange(
-        -0.6e-6,
-        0.61e-6,
-        0.04e-6,
-    ),
-    4,
-)
+_DIFFERENCES, _LIKELIEST = (np.arange(-0.6e-6, 0.61e-6, 0.04e-6), 4)
 # Bins that are compared, evenly over the rings.
 _COMPARED = 240
 
@@ -32,12 +25,7 @@ class Likeness(NamedTuple):
     difference: float
 
 
-def likenesses(
-    first: Profiles,
-    second: Profiles,
-    rate: float,
-    ratio: float,
-) -> list[Likeness]:
+def likenesses(first: Profiles, second: Profiles, rate: float, ratio: float) -> list[Likeness]:
     """What makes two pictures' rings most alike, the best first.
 
     The light of a ring is a function of its gap alone, the same in both pictures: no spectrum is assumed.
@@ -55,9 +43,9 @@ def likenesses(
         for row, log_ratio in enumerate(ratios):
             at = squares * np.exp(log_ratio) + _DIFFERENCES[:, None] / rate
             # Where the first picture has no ring, the second is not compared.
-            seen = root * ((at >= first.squares[0]) & (at <= first.squares[-1]))
-            rings = np.interp(at, first.squares, first.means[channel]) * seen
-            target = values[compared] * seen
+            overlap = root * ((at >= first.squares[0]) & (at <= first.squares[-1]))
+            rings = np.interp(at, first.squares, first.means[channel]) * overlap
+            target = values[compared] * overlap
             rings, target = (table - (table @ basis) @ basis.T for table in (rings, target))
             along = np.maximum((rings * target).sum(axis=1), 0.0) ** 2
             both = (rings**2).sum(axis=1) * (target**2).sum(axis=1)
@@ -65,9 +53,7 @@ def likenesses(
     return [Likeness(float(ratios[row]), float(_DIFFERENCES[column])) for row, column in valleys(unlike)[:_LIKELIEST]]
 
 
-def valleys(
-    table: Float[np.ndarray, "*shape"],
-) -> list[tuple[int, ...]]:
+def valleys(table: Float[np.ndarray, "*shape"]) -> list[tuple[int, ...]]:
     """Places of the local minima of a table, the lowest first."""
     lowest = np.argwhere(table == ndimage.minimum_filter(table, 3, mode="nearest"))
     return sorted((tuple(int(at) for at in place) for place in lowest), key=lambda place: float(table[place]))

@@ -6,21 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from fitting.colour.unknown_problem import (
-    Number,
-    SharedOptimum,
-    SharedProblem,
-    shared_optimum,
-    variances_of,
-)
-from fitting.colour.unknown_scatter import (
-    deviations,
-    log_scales,
-)
-from fitting.colour.waveform import (
-    COLOURS,
-    Curve,
-)
+from fitting.colour.unknown_problem import Number, SharedOptimum, SharedProblem, shared_optimum, variances_of
+from fitting.colour.unknown_scatter import deviations, log_scales
+from fitting.colour.waveform import COLOURS, Curve
 
 # Waves and roughness over the usual ones; degrees of the background besides the usual one.
 _FINENESS, _ROUGHNESS, _DEGREES = (0.75, 1.5), (0.2, 5.0), (2, 5)
@@ -30,10 +18,7 @@ _INNER, _FEWEST, _OUTER = 0.8e-6, 100, 0.7
 _ADMISSIBLE, _STEPS = 2.0, 3
 
 
-def models_of(
-    problem: SharedProblem,
-    best: SharedOptimum,
-) -> dict[str, SharedProblem]:
+def models_of(problem: SharedProblem, best: SharedOptimum) -> dict[str, SharedProblem]:
     """The models besides the usual one, by name."""
     light, together = problem.light, tuple(range(len(problem.profiles)))
     models: dict[str, SharedProblem] = {}
@@ -43,13 +28,7 @@ def models_of(
         )
     for roughness in _ROUGHNESS:
         models[f"a spectrum {roughness:g} times as rough"] = replace(problem, light=light._replace(roughness=roughness))
-    models |= {
-        f"background of degree {degree}": replace(
-            problem,
-            degree=degree,
-        )
-        for degree in _DEGREES
-    }
+    models |= {f"background of degree {degree}": replace(problem, degree=degree) for degree in _DEGREES}
     rates = [np.exp(curve.log_rate) for curve in best.curves]
     inner = [single.within(_INNER / rate, np.inf) for single, rate in zip(problem.profiles, rates, strict=True)]
     outer = [single.within(0.0, _OUTER * float(single.squares.max())) for single in problem.profiles]
@@ -57,36 +36,12 @@ def models_of(
         if min(len(single.squares) for single in profiles) > _FEWEST:
             models[name] = replace(problem, profiles=tuple(profiles))
     own_blur = tuple(Number("blur", (picture,)) for picture in together[1:])
-    first_blur = tuple(
-        Number(
-            "blur",
-            together[:1],
-        )
-        if number.name == "blur"
-        else number
-        for number in problem.free
-    )
+    first_blur = tuple(Number("blur", together[:1]) if number.name == "blur" else number for number in problem.free)
     models["a blur of each picture"] = replace(problem, free=(*first_blur, *own_blur))
-    lateral = tuple(
-        Number(
-            COLOURS[channel],
-            together,
-        )
-        for channel in problem.channels
-        if channel != 1
-    )
+    lateral = tuple(Number(COLOURS[channel], together) for channel in problem.channels if channel != 1)
     if len(problem.channels) > 1:
         models["lateral colour"] = replace(problem, free=(*problem.free, *lateral))
-    models["distortion"] = replace(
-        problem,
-        free=(
-            *problem.free,
-            Number(
-                "bend",
-                together,
-            ),
-        ),
-    )
+    models["distortion"] = replace(problem, free=(*problem.free, Number("bend", together)))
     return models
 
 
@@ -107,10 +62,7 @@ class Estimate(NamedTuple):
     deviations: Float[np.ndarray, "2 pictures"]
 
 
-def estimate(
-    problem: SharedProblem,
-    curves: tuple[Curve, ...],
-) -> Estimate:
+def estimate(problem: SharedProblem, curves: tuple[Curve, ...]) -> Estimate:
     """Of the curves of an optimum."""
     answers = problem.solved(curves)
     scales, gradients = log_scales(problem, curves, answers)
@@ -118,36 +70,16 @@ def estimate(
     return Estimate(np.stack([scales, scales - scales[0]]), both.reshape(2, -1))
 
 
-def shifts_of(
-    problem: SharedProblem,
-    best: SharedOptimum,
-    usual: Estimate,
-) -> dict[str, Shift]:
+def shifts_of(problem: SharedProblem, best: SharedOptimum, usual: Estimate) -> dict[str, Shift]:
     """Of the admissible models besides the best one, by name; noise is counted as `variants.py` counts it."""
     shifts = {}
     for name, model in models_of(problem, best).items():
         # Of the same bins.
-        reference = replace(
-            problem,
-            profiles=model.profiles,
-        )
-        curves = shared_optimum(
-            model,
-            best.curves,
-            _STEPS,
-        ).curves
-        unexplained = variances_of(
-            model,
-            curves,
-        ) / variances_of(
-            reference,
-            best.curves,
-        )
+        reference = replace(problem, profiles=model.profiles)
+        curves = shared_optimum(model, best.curves, _STEPS).curves
+        unexplained = variances_of(model, curves) / variances_of(reference, best.curves)
         if np.mean(unexplained) < _ADMISSIBLE:
-            other = estimate(
-                model,
-                curves,
-            )
+            other = estimate(model, curves)
             further = np.maximum(other.deviations**2 - usual.deviations**2, 0.0)
             shifts[name] = Shift(other.values - usual.values, np.sqrt(further))
     return shifts

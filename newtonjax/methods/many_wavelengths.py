@@ -1,6 +1,6 @@
 """Images in light of many wavelengths, or of a camera's channels, by a table of the path difference."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -31,7 +31,7 @@ from newtonjax.methods.gap_paths import (
     turns_at_pixels,
 )
 from newtonjax.methods.node_waves import wave_count, wave_parts
-from newtonjax.methods.pictures import AbstractPicture, one_by_one, starts
+from newtonjax.methods.pictures import AbstractPicture, starts
 from newtonjax.numerics import (
     chebyshev,
     cos_turns,
@@ -213,11 +213,3 @@ class InChannels(AbstractPicture):
     def blocks(self, rows: int) -> Iterator[tuple[int, Float[np.ndarray, "rows columns *channels"]]]:
         for first, count in starts(self.shape[0], rows):
             yield first, np.asarray(self._rows(first, count))
-
-    @classmethod
-    def images(
-        cls, pictures: Sequence[Any], reduce: Callable[[Array], Any] | None, batch: int, done: Callable[[int], object]
-    ) -> Any:
-        """One picture after the other, whatever the batch."""
-        del batch
-        return one_by_one((picture.image() for picture in pictures), len(pictures), reduce, done)

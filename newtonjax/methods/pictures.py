@@ -29,14 +29,15 @@ class AbstractPicture(abc.ABC):
         """First row and pixels of one block of rows after the other; the last one may have fewer rows."""
 
     @classmethod
-    @abc.abstractmethod
     def images(
         cls, pictures: Sequence[Any], reduce: Callable[[Array], Any] | None, batch: int, done: Callable[[int], object]
     ) -> Any:
         """What is kept of each picture of this kind, in arrays with a first axis for them, in their precision.
 
-        `done` is called with the number of pictures that are computed.
+        One after the other, whatever the batch; `done` is called with the number of pictures that are computed.
         """
+        del batch
+        return one_by_one((picture.image() for picture in pictures), len(pictures), reduce, done)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,14 +122,6 @@ class SideBySide(AbstractPicture):
         for parts_of_rows in zip(*(part.blocks(rows) for part in self.channels), strict=True):
             pixels = [level * part for (_, part), level in zip(parts_of_rows, self.levels, strict=True)]
             yield parts_of_rows[0][0], np.stack(pixels, axis=-1)
-
-    @classmethod
-    def images(
-        cls, pictures: Sequence[Any], reduce: Callable[[Array], Any] | None, batch: int, done: Callable[[int], object]
-    ) -> Any:
-        """One picture after the other, whatever the batch."""
-        del batch
-        return one_by_one((picture.image() for picture in pictures), len(pictures), reduce, done)
 
 
 @partial(jax.jit, static_argnames=("shape", "dtype", "reduce", "batch"))
